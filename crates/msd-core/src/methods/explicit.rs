@@ -19,7 +19,14 @@ pub(crate) fn explicit_euler<R: Real>(step: &mut StepContext<'_, R>) {
     let h = step.substep();
     for _ in 0..step.substeps() {
         let (power, level) = (step.set_forces(step.time()), step.level);
+        if step.find_rows(h) {
+            step.add_impulses();
+            step.set_means(None);
+        }
         for_each_share(step.pass(), |pass| at_level!(level, _simd => drift_kick(pass, h)));
+        if step.has_rows() {
+            step.end_shells();
+        }
         step.done.counted += power * h.to_f64();
         step.finish(Way::Kicked(1.0), Evaluated::AtStart);
     }

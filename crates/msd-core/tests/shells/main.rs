@@ -12,8 +12,13 @@ use msd_core::{
 };
 use std::ops::Range;
 
-const ALL: [Integrator; 3] =
-    [Integrator::SymplecticEuler, Integrator::VelocityVerlet, Integrator::Rk4];
+const ALL: [Integrator; 5] = [
+    Integrator::SymplecticEuler,
+    Integrator::VelocityVerlet,
+    Integrator::Rk4,
+    Integrator::ExplicitEuler,
+    Integrator::Xpbd,
+];
 const G: f64 = 9.82;
 
 fn shell(thickness: f64, friction: f64) -> Shell {
@@ -146,8 +151,14 @@ fn what_collides_in_free_space_keeps_its_momentum() {
         let off =
             [(after.linear - before.linear).length(), (after.angular - before.angular).length()];
         let apart = centre(&simulation, other.clone()).1.x - centre(&simulation, one.clone()).1.x;
-        // The impulses that act in the stages of RK4 are central at their start alone.
-        let turned = if integrator == Integrator::Rk4 { 1e-5 } else { 1e-13 };
+        let turned = match integrator {
+            // The impulses that act in its stages are central at their start alone.
+            Integrator::Rk4 => 1e-5,
+            // Forces are central at the start of a substep, or where XPBD predicts its end: an
+            // impulse m v that acts while ends move by h v, with h = 1/3840 s and v = 2 m/s.
+            Integrator::ExplicitEuler | Integrator::Xpbd => 1e-3,
+            _ => 1e-13,
+        };
         let [linear, angular] = off.map(|off| off / size);
         assert!(linear < 1e-13 && angular < turned, "{integrator}: {linear}, {angular}");
         assert!(1.0 < apart, "{integrator}: {apart}");
@@ -167,7 +178,8 @@ fn strips_whose_edges_alone_meet_hold_each_other() {
         scene.pins.push(Pin { particle: low.start + end, velocity: DVec3::ZERO });
         scene.particles[high.start + end].mass *= 5.0;
     }
-    for integrator in ALL {
+    // The springs of explicit Euler gain energy here, shells or not.
+    for integrator in ALL.into_iter().filter(|&method| method != Integrator::ExplicitEuler) {
         for substeps in [16, 32, 64] {
             let mut simulation = start::<f64>(&scene, integrator, substeps);
             let mut most = 0;
@@ -276,7 +288,7 @@ fn shells_out_of_their_domain_are_refused() {
 
 #[test]
 fn a_method_that_does_not_let_shells_meet_is_refused_by_name() {
-    let settings = Settings { integrator: Integrator::Xpbd, ..Settings::default() };
+    let settings = Settings { integrator: Integrator::BackwardEuler, ..Settings::default() };
     let refused = Simulation::<f32>::new(&cubes().0, settings);
     assert!(matches!(refused, Err(Error::UnknownName { .. })), "{refused:?}");
 }
