@@ -1,6 +1,6 @@
 //! The box around vectors of a column.
 
-use super::{LANES, RECORD, store, vector};
+use super::{LANES, RECORD, store};
 use crate::number::{Real, Vector};
 use crate::pack::{Number, Pack, zip};
 use alloc::vec::Vec;
@@ -67,19 +67,20 @@ impl<R: Real> Extent<R> {
             for part in (0..LANES).step_by(lanes) {
                 let counts = Pack::<S, R>::mask(simd, u64::from(bits) >> part & ((1 << lanes) - 1));
                 let here = of(first as usize, part);
-                low = zip(low, here, |a, b| a.min(Pack::select(counts, b, most)));
-                high = zip(high, here, |a, b| a.max(Pack::select(counts, b, least)));
+                low = zip(low, here, |a, b| Pack::select(counts, a.min(b), a));
+                high = zip(high, here, |a, b| Pack::select(counts, a.max(b), a));
             }
         }
         let mut bounds = [[R::ZERO; RECORD]; 2];
         store(low, &mut bounds[0], 0);
         store(high, &mut bounds[1], 0);
-        let mut extent = Extent::default();
-        for lane in 0..lanes {
-            let [low, high] = bounds.each_ref().map(|bounds| vector::<R>(bounds, lane));
-            extent = extent.with(Extent { low, high });
-        }
-        extent
+        let of_lanes = |side: usize, of: fn(R, R) -> R| {
+            let axes = [0, 1, 2].map(|axis| &bounds[side][axis * LANES..][..lanes]);
+            R::Vec3::from_components(
+                axes.map(|axis| axis[1..].iter().fold(axis[0], |a, &b| of(a, b))),
+            )
+        };
+        Extent { low: of_lanes(0, R::min), high: of_lanes(1, R::max) }
     }
 
     pub(crate) fn add(&mut self, vector: R::Vec3) {

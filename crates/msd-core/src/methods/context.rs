@@ -306,7 +306,7 @@ impl<'a, R: Real> StepContext<'a, R> {
     }
 
     /// Finds the rows of shells before a kick of `length` seconds by the forces of the last
-    /// evaluation, and a drift of a substep; whether there are some.
+    /// evaluation, and a drift of a substep at the velocities after it; whether there are some.
     pub(crate) fn find_rows(&mut self, length: R) -> bool {
         if self.model.shells.is_empty() {
             return false;

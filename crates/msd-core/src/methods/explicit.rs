@@ -19,7 +19,7 @@ pub(crate) fn explicit_euler<R: Real>(step: &mut StepContext<'_, R>) {
     let h = step.substep();
     for _ in 0..step.substeps() {
         let (power, level) = (step.set_forces(step.time()), step.level);
-        if step.find_rows(h) {
+        if step.find_rows(R::ZERO) {
             step.add_impulses();
             step.set_means(None);
         }
@@ -295,7 +295,7 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
     for _ in 0..step.substeps() {
         let (time, length) = (step.time(), step.settings.substep());
         let mut energy = step.set_forces(time);
-        if step.find_rows(h) {
+        if step.find_rows(half) {
             step.add_impulses();
         }
         let lies = step.find(time, Evaluated::AtEnd);

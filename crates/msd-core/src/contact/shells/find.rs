@@ -1,7 +1,7 @@
 //! Rows of the features that are nearest to each other.
 
 use super::features::{Edge, NONE, Shells};
-use super::lists::{Candidates, ClosePair, Pairs};
+use super::lists::{Candidates, ListedPair, NOISE, Pairs, square_between};
 use super::patch::Patch;
 use super::row::{ContactRow, EDGE, EDGES, FACE, OBSTACLE, VERTEX, features, key};
 use crate::number::{Real, Vector};
@@ -40,16 +40,16 @@ impl<'a, R: Real> Finder<'a, R> {
     }
 
     /// Finds the rows of close features and of obstacles, in the order of their keys.
-    pub(super) fn find(&mut self, lists: &Candidates<R>) {
-        // Two features may be nearer than they were, but not by more than they have worn.
-        let most = lists.worn + self.margin;
-        let is_near = |pair: &&ClosePair<R>| pair.gap < most;
-        let Pairs { facing, ending, crossing } = &lists.close;
+    pub(super) fn find(&mut self, lists: &mut Candidates<R>) {
+        let worn = lists.worn;
+        let most = worn + (self.margin + R::of(self.at.shells.reach() * NOISE)).to_f64();
+        let near = (worn, most);
         self.keys.clear();
-        facing.iter().filter(is_near).for_each(|pair| self.face(pair.features));
-        ending.iter().filter(is_near).for_each(|pair| self.end(pair.features));
+        let Pairs { facing, ending, crossing } = &mut lists.close;
+        see_near(facing, near, |features| self.face(features));
+        see_near(ending, near, |features| self.end(features));
         self.add_keys();
-        crossing.iter().filter(is_near).for_each(|pair| self.edges(pair.features));
+        see_near(crossing, near, |features| self.edges(features));
         self.obstacles(lists);
     }
 
@@ -204,17 +204,19 @@ impl<'a, R: Real> Finder<'a, R> {
         (R::ZERO < inverse).then(|| R::ONE / inverse)
     }
 
-    /// Finds the row of a vertex and a face, or of the vertex and an edge or a corner of it.
-    fn face(&mut self, [vertex, number]: [u32; 2]) {
+    /// Finds the row of a vertex and a face, or of the vertex and an edge or a corner of it; returns
+    /// the gap between them.
+    #[inline(always)]
+    fn face(&mut self, [vertex, number]: [u32; 2]) -> R {
         let shells = self.at.shells;
         let face = shells.faces[number as usize];
         let here = self.point(vertex);
         let corners = face.corners.map(|corner| self.point(corner) - here);
         let (stop, _) = shells.law_of::<R>(vertex, face.corners[0]);
-        let most = stop + self.margin;
         let met = nearest::<R>(corners);
-        if most * most <= met.square {
-            return;
+        let gap = met.square.sqrt() - stop;
+        if self.margin <= gap {
+            return gap;
         }
         let zeros = met.weights.map(|weight| weight == R::ZERO);
         match zeros.iter().filter(|&&zero| zero).count() {
@@ -232,7 +234,7 @@ impl<'a, R: Real> Finder<'a, R> {
                     let is_own = shells.faces[other as usize].corners.contains(&vertex);
                     let least = met.square * (R::ONE - R::EPSILON * R::of(64.0));
                     if is_own || self.square(here, other) < least {
-                        return;
+                        return gap;
                     }
                 }
                 self.keys.push(key(EDGE, vertex, edge));
@@ -242,13 +244,22 @@ impl<'a, R: Real> Finder<'a, R> {
                 self.corner(vertex, face.corners[corner]);
             }
         }
+        gap
     }
 
-    /// Finds the row of a vertex and an edge of no face, or of the vertex and an end of it.
-    fn end(&mut self, [vertex, number]: [u32; 2]) {
+    /// Finds the row of a vertex and an edge of no face, or of the vertex and an end of it; returns
+    /// the gap between them.
+    fn end(&mut self, [vertex, number]: [u32; 2]) -> R {
         let [a, b] = self.at.shells.edges[number as usize].ends;
         let here = self.point(vertex);
-        let part = part_of_edge::<R>(self.point(a) - here, self.point(b) - here);
+        let [from, to] = [a, b].map(|end| self.point(end) - here);
+        let part = part_of_edge::<R>(from, to);
+        let way = from + (to - from) * part;
+        let (stop, _) = self.at.shells.law_of::<R>(vertex, a);
+        let gap = way.dot(way).sqrt() - stop;
+        if self.margin <= gap {
+            return gap;
+        }
         if part == R::ZERO {
             self.corner(vertex, a);
         } else if part == R::ONE {
@@ -256,6 +267,7 @@ impl<'a, R: Real> Finder<'a, R> {
         } else {
             self.keys.push(key(EDGE, vertex, number));
         }
+        gap
     }
 
     /// Adds the row of two vertices unless one is nearer to an edge at the other.
@@ -275,25 +287,23 @@ impl<'a, R: Real> Finder<'a, R> {
         self.keys.push(key(VERTEX, a, b));
     }
 
-    /// Finds the row of two edges whose nearest points are inside of both.
-    fn edges(&mut self, [a, b]: [u32; 2]) {
+    /// Finds the row of two edges whose nearest points are inside of both; returns the gap between
+    /// them.
+    #[inline(always)]
+    fn edges(&mut self, [a, b]: [u32; 2]) -> R {
         let shells = self.at.shells;
         let [own, other] = [a, b].map(|edge| shells.edges[edge as usize].ends);
         let (stop, _) = shells.law_of::<R>(own[0], other[0]);
-        let most = stop + self.margin;
-        let Some([s, t]) = self.parts([own, other]) else { return };
-        let is_inside = |part: R| R::ZERO < part && part < R::ONE;
-        if !is_inside(s) || !is_inside(t) {
-            return;
-        }
-        let between = |[a, b]: [u32; 2], part: R| {
-            let [from, to] = [a, b].map(|end| self.point(end));
-            from + (to - from) * part
+        let [p, q] = [own, other].map(|ends| ends.map(|end| self.point(end)));
+        let is_inside = |parts: &[R; 2]| parts.iter().all(|&s| R::ZERO < s && s < R::ONE);
+        let Some([s, t]) = self.parts([own, other]).filter(is_inside) else {
+            return square_between::<R>(p, q).sqrt() - stop;
         };
-        let (here, there) = (between(own, s), between(other, t));
+        let [here, there] = [(p, s), (q, t)].map(|([from, to], part)| from + (to - from) * part);
         let square = (here - there).dot(here - there);
-        if most * most <= square {
-            return;
+        let gap = square.sqrt() - stop;
+        if self.margin <= gap {
+            return gap;
         }
         let way = there - here;
         let is_led =
@@ -301,6 +311,7 @@ impl<'a, R: Real> Finder<'a, R> {
         if !is_led {
             self.add(key(EDGES, a, b), Sides::of_edges([own, other], [s, t]));
         }
+        gap
     }
 
     /// Whether a face beside an edge leads from a point of it along a way across the edge, so that
@@ -366,6 +377,19 @@ impl<'a, R: Real> Finder<'a, R> {
                 }
             }
         }
+    }
+}
+
+/// Sees the pairs between which the gap may be less than a margin, of which `most` is the sum with
+/// the wear, and takes note of their gaps.
+#[inline(always)]
+fn see_near<R: Real>(
+    pairs: &mut [ListedPair],
+    (worn, most): (f64, f64),
+    mut gap: impl FnMut([u32; 2]) -> R,
+) {
+    for pair in pairs.iter_mut().filter(|pair| pair.until < most) {
+        pair.until = worn + gap(pair.features).to_f64();
     }
 }
 

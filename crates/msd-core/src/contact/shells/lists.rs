@@ -14,57 +14,35 @@ use fearless_simd::{Level, Simd};
 use glam::DVec3;
 
 /// Pairs of features: vertices and faces, vertices and edges of no face, and edges; each in order.
-#[derive(Clone, Debug)]
-pub(super) struct Pairs<P> {
-    pub(super) facing: Vec<P>,
-    pub(super) ending: Vec<P>,
-    pub(super) crossing: Vec<P>,
-}
-
-impl<P> Default for Pairs<P> {
-    fn default() -> Self {
-        Pairs { facing: Vec::new(), ending: Vec::new(), crossing: Vec::new() }
-    }
-}
-
-impl<P> Pairs<P> {
-    /// All pairs.
-    fn all(&self) -> impl Iterator<Item = &P> {
-        self.facing.iter().chain(&self.ending).chain(&self.crossing)
-    }
-}
-
-/// Two features, and the gap between them when they were listed, metres.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ClosePair<R> {
-    pub(super) features: [u32; 2],
-    pub(super) gap: R,
-}
-
-/// Where features were listed, and how far beyond their reach they may have been.
 #[derive(Clone, Debug, Default)]
-struct Since<R> {
-    /// Positions, metres; empty where nothing is listed.
-    from: Vec<R>,
-    /// Metres.
-    skin: R,
+pub(super) struct Pairs {
+    pub(super) facing: Vec<ListedPair>,
+    pub(super) ending: Vec<ListedPair>,
+    pub(super) crossing: Vec<ListedPair>,
 }
 
-impl<R: Real> Since<R> {
-    fn set(&mut self, positions: &[R], skin: R) {
-        self.skin = skin;
-        self.from.clear();
-        self.from.extend_from_slice(positions);
+impl ListedPair {
+    fn new(features: [u32; 2]) -> Self {
+        ListedPair { features, until: 0.0 }
+    }
+}
+
+impl Pairs {
+    fn each_mut(&mut self) -> [&mut Vec<ListedPair>; 3] {
+        [&mut self.facing, &mut self.ending, &mut self.crossing]
     }
 
-    /// How much closer than when they were listed features can be, metres; more than anything where
-    /// nothing is listed.
-    fn wear(&self, level: Level, shells: &Shells, positions: &[R]) -> R {
-        if self.from.is_empty() {
-            return R::LARGEST;
-        }
-        at_level!(level, simd => wear(simd, shells, [&self.from, positions])).sqrt()
+    fn is_empty(&self) -> bool {
+        self.facing.is_empty() && self.ending.is_empty() && self.crossing.is_empty()
     }
+}
+
+/// Two features, and how far in all vertices must come closer to each other before the gap between
+/// the two may be closed, metres.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ListedPair {
+    pub(super) features: [u32; 2],
+    pub(super) until: f64,
 }
 
 /// The square of the diagonal of the box around all displacements.
@@ -79,14 +57,19 @@ fn wear<S: Simd, R: Real>(simd: S, shells: &Shells, [from, to]: [&[R]; 2]) -> R 
 /// Features that may be near each other, and those of them that are closer.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Candidates<R: Real> {
-    pub(super) close: Pairs<ClosePair<R>>,
+    pub(super) close: Pairs,
     /// The vertices of the close ones and those that edges join to them, in order.
     pub(super) vertices: Vec<u32>,
-    /// How much closer than when they were listed those may be, metres.
-    pub(super) worn: R,
-    near: Pairs<[u32; 2]>,
-    close_since: Since<R>,
-    near_since: Since<R>,
+    /// How far in all vertices may have come closer to each other since there are lists, metres.
+    pub(super) worn: f64,
+    near: Pairs,
+    /// Positions when the near ones were listed, metres; empty where they are to be listed.
+    from: Vec<R>,
+    /// How far beyond their reach those may have been, metres.
+    skin: R,
+    /// Positions at the last look, metres, and the wear up to which the close ones serve.
+    last: Vec<R>,
+    serves_to: f64,
     grid: Grid,
     boxes: Boxes,
     /// Whether each vertex is one of a close pair.
@@ -96,8 +79,7 @@ pub(super) struct Candidates<R: Real> {
 impl<R: Real> Candidates<R> {
     /// Discards the lists: features are other ones.
     pub(super) fn forget(&mut self) {
-        self.close_since.from.clear();
-        self.near_since.from.clear();
+        self.from.clear();
     }
 
     /// Lists features anew unless the close ones hold all that are within their reach and a
@@ -110,22 +92,29 @@ impl<R: Real> Candidates<R> {
         positions: &[R],
         margin: R,
     ) -> bool {
+        let displacement =
+            |from: &[R]| at_level!(level, simd => wear(simd, shells, [from, positions])).sqrt();
         let reach = R::of(shells.reach());
-        let noise = reach * R::of(NOISE);
-        self.worn = self.close_since.wear(level, shells, positions) + noise;
-        if self.worn + margin <= self.close_since.skin {
-            return true;
+        let needed = margin + reach * R::of(NOISE);
+        if !self.from.is_empty() && !self.near.is_empty() {
+            self.worn += displacement(&self.last).to_f64();
+            self.last.copy_from_slice(positions);
+            if self.worn + needed.to_f64() <= self.serves_to {
+                return true;
+            }
         }
         let mut are_all = true;
-        let mut left = self.near_since.skin - self.near_since.wear(level, shells, positions);
-        if left < margin + noise {
+        let is_listed = !self.from.is_empty();
+        let mut left = if is_listed { self.skin - displacement(&self.from) } else { -R::ONE };
+        if left < needed {
             let edge = longest_edge(shells, positions);
-            left = (R::of(edge) * R::HALF).max(margin + margin) + noise;
+            left = (R::of(edge) * R::HALF).max(margin + margin) + needed;
             are_all = self.list_near(shells, positions, (left, edge));
+        } else if self.near.is_empty() {
+            return true;
         }
-        let skin = left.min(margin + margin + reach * R::HALF);
+        let skin = left.min(needed + margin + reach * R::HALF);
         self.list_close(shells, positions, skin);
-        self.worn = noise;
         if !are_all {
             // Not to be served from again.
             self.forget();
@@ -136,58 +125,65 @@ impl<R: Real> Candidates<R> {
     /// Lists features whose boxes are within their reach and a skin, metres; returns whether it
     /// lists all.
     fn list_near(&mut self, shells: &Shells, positions: &[R], (skin, edge): (R, f64)) -> bool {
-        self.near_since.set(positions, skin);
+        for column in [&mut self.from, &mut self.last] {
+            column.clear();
+            column.extend_from_slice(positions);
+        }
+        (self.skin, self.worn) = (skin, 0.0);
         let reach = shells.reach() + skin.to_f64();
         self.boxes.set(shells, positions, reach);
         let span = Span { reach, edge };
         let are_all = self.list_vertices(shells, positions, &span)
             && self.list_edges(shells, positions, &span);
-        let Pairs { facing, ending, crossing } = &mut self.near;
-        [facing, ending, crossing].into_iter().for_each(|pairs| pairs.sort_unstable());
+        for pairs in self.near.each_mut() {
+            pairs.sort_unstable_by_key(|pair| pair.features);
+        }
         are_all
     }
 
     /// Lists those that are within their reach and a skin, metres.
     fn list_close(&mut self, shells: &Shells, positions: &[R], skin: R) {
-        self.close_since.set(positions, skin);
-        let far = R::of(shells.reach()) + skin;
+        let Candidates { close, near, are_close, vertices, worn, serves_to, .. } = self;
+        *serves_to = *worn + skin.to_f64();
+        are_close.clear();
+        are_close.resize(shells.vertices.len(), false);
         let point = |vertex: u32| shells.point::<R>(positions, vertex);
         let ends = |edge: u32| shells.edges[edge as usize].ends;
         let corners = |face: u32| shells.faces[face as usize].corners;
-        let Candidates { close, near, are_close, vertices, .. } = self;
-        are_close.clear();
-        are_close.resize(shells.vertices.len(), false);
-        let mut list = |to: &mut Vec<_>, features, square: R, of: [&[u32]; 2]| {
-            if square < far * far {
-                let (stop, _) = shells.law_of::<R>(of[0][0], of[1][0]);
-                to.push(ClosePair { features, gap: square.sqrt() - stop });
+        let mut list = |to: &mut Vec<_>, pair: &mut ListedPair, square: R, of: [&[u32]; 2]| {
+            let (stop, _) = shells.law_of::<R>(of[0][0], of[1][0]);
+            pair.until = (square.sqrt() - stop).to_f64() + *worn;
+            if pair.until < *serves_to {
+                to.push(*pair);
                 of.into_iter().flatten().for_each(|&vertex| are_close[vertex as usize] = true);
             }
         };
-        close.facing.clear();
-        for &[vertex, face] in &near.facing {
+        let [facing, ending, crossing] =
+            near.each_mut().map(|pairs| pairs.iter_mut().filter(|pair| pair.until < *serves_to));
+        close.each_mut().into_iter().for_each(Vec::clear);
+        for pair in facing {
+            let [vertex, face] = pair.features;
             let (here, corners) = (point(vertex), corners(face));
             let square = nearest::<R>(corners.map(|corner| point(corner) - here)).square;
-            list(&mut close.facing, [vertex, face], square, [&[vertex], &corners]);
+            list(&mut close.facing, pair, square, [&[vertex], &corners]);
         }
-        close.ending.clear();
-        for &[vertex, edge] in &near.ending {
+        for pair in ending {
+            let [vertex, edge] = pair.features;
             let (here, ends) = (point(vertex), ends(edge));
             let square = square_between::<R>([here, here], ends.map(point));
-            list(&mut close.ending, [vertex, edge], square, [&[vertex], &ends]);
+            list(&mut close.ending, pair, square, [&[vertex], &ends]);
         }
-        close.crossing.clear();
-        for &[a, b] in &near.crossing {
-            let (own, other) = (ends(a), ends(b));
+        for pair in crossing {
+            let [own, other] = pair.features.map(ends);
             let square = square_between::<R>(own.map(point), other.map(point));
-            list(&mut close.crossing, [a, b], square, [&own, &other]);
+            list(&mut close.crossing, pair, square, [&own, &other]);
         }
         let is_close = |vertex: u32| are_close[vertex as usize];
         let is_beside = |&vertex: &u32| {
             is_close(vertex) || shells.joined_to(vertex).iter().any(|&other| is_close(other))
         };
         vertices.clear();
-        if close.all().next().is_some() {
+        if !close.is_empty() {
             vertices.extend((0..shells.vertices.len() as u32).filter(is_beside));
         }
     }
@@ -208,7 +204,7 @@ impl<R: Real> Candidates<R> {
                 if is_other && shells.do_meet(vertex, face.corners[0]) {
                     let here = at(vertex);
                     if low.cmple(here).all() && here.cmple(high).all() {
-                        self.near.facing.push([vertex, number]);
+                        self.near.facing.push(ListedPair::new([vertex, number]));
                     }
                 }
             });
@@ -222,7 +218,7 @@ impl<R: Real> Candidates<R> {
             let [a, b] = edge.ends.map(at);
             each_in(&self.grid, around([a, b, b], span.reach), |vertex| {
                 if !edge.ends.contains(&vertex) && shells.do_meet(vertex, edge.ends[0]) {
-                    self.near.ending.push([vertex, number]);
+                    self.near.ending.push(ListedPair::new([vertex, number]));
                 }
             });
             if MOST_PAIRS * shells.edges.len() < self.near.ending.len() {
@@ -255,7 +251,7 @@ impl<R: Real> Candidates<R> {
                 }
                 let ([low, high], [a, b]) = (corners, ends(edge));
                 if a.min(b).cmple(high).all() && low.cmple(a.max(b)).all() {
-                    self.near.crossing.push([number, other]);
+                    self.near.crossing.push(ListedPair::new([number, other]));
                 }
             });
             if MOST_PAIRS * shells.edges.len() < self.near.crossing.len() {
@@ -271,7 +267,7 @@ const MOST_PAIRS: usize = 256;
 
 /// The square of the distance between two edges, or an edge and a point (Ericson, Real-Time
 /// Collision Detection, 2005, section 5.1.9).
-fn square_between<R: Real>([p, p_end]: [R::Vec3; 2], [q, q_end]: [R::Vec3; 2]) -> R {
+pub(super) fn square_between<R: Real>([p, p_end]: [R::Vec3; 2], [q, q_end]: [R::Vec3; 2]) -> R {
     let clamp = |part: R| part.max(R::ZERO).min(R::ONE);
     let (d, e, r) = (p_end - p, q_end - q, p - q);
     let [dd, ee, de, dr, er] = [d.dot(d), e.dot(e), d.dot(e), d.dot(r), e.dot(r)];
@@ -292,7 +288,7 @@ struct Span {
 }
 
 /// More than the part of a reach that rounding is worth.
-const NOISE: f64 = 0.01;
+pub(super) const NOISE: f64 = 0.01;
 
 fn longest_edge<R: Real>(shells: &Shells, positions: &[R]) -> f64 {
     let square = |ends| {

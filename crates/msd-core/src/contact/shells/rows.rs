@@ -78,9 +78,9 @@ impl<R: Real> ShellRows<R> {
         self.rows.is_empty()
     }
 
-    /// Finds the rows at a state before a kick of `length` seconds by some forces and a drift of h
-    /// seconds, each with the impulse that it gave last; returns whether particles are so fast that
-    /// some may cross.
+    /// Finds the rows at a state, each with the impulse that it gave last, before a kick of `length`
+    /// seconds by some forces and a drift of h seconds at the velocities after it; returns whether
+    /// particles are so fast that some may cross.
     pub(crate) fn find(
         &mut self,
         at: &At<'_, R>,
@@ -108,7 +108,7 @@ impl<R: Real> ShellRows<R> {
             found.rows = core::mem::take(&mut self.rows);
             found.keys = core::mem::take(&mut self.keys);
             found.are_held = core::mem::take(&mut self.are_held);
-            found.find(&self.lists);
+            found.find(&mut self.lists);
             (self.rows, self.keys, self.are_held) = (found.rows, found.keys, found.are_held);
             self.warm(at);
         }
@@ -278,9 +278,9 @@ impl<R: Real> ShellRows<R> {
     }
 }
 
-/// The square of the diagonal of the box around all velocities before and after a kick of `length`
-/// seconds, and around rest: two vertices, or one and an obstacle that stands still, come closer
-/// at most that fast.
+/// The square of the diagonal of the box around all velocities after a kick of `length` seconds, and
+/// around rest: two vertices, or one and an obstacle that stands still, come closer at most that
+/// fast.
 #[inline(always)]
 fn spread<S: Simd, R: Real>(
     simd: S,
@@ -288,15 +288,13 @@ fn spread<S: Simd, R: Real>(
     [velocities, forces, inverse_masses]: [&[R]; 3],
     length: R,
 ) -> R {
-    let before = |at: usize, part| load(simd, &velocities[at..], part);
     let length = Pack::<S, R>::new(simd, length);
     let after = |at: usize, part| {
         let masses = load(simd, &inverse_masses[at..], part);
         let kick = zip(load(simd, &forces[at..], part), masses, |force, w| force * (w * length));
-        zip(before(at, part), kick, |velocity, kick| velocity + kick)
+        zip(load(simd, &velocities[at..], part), kick, |velocity, kick| velocity + kick)
     };
-    let mut all = Extent::of(simd, &shells.records, before);
-    all = all.with(Extent::of(simd, &shells.records, after));
+    let mut all = Extent::of(simd, &shells.records, after);
     all.add(R::Vec3::ZERO);
     all.diagonal()
 }
