@@ -39,9 +39,10 @@ impl<R: Real> Scratch<R> {
 /// λ = −(k h² C + b h u·(d_b − d_a)) / (1 + (k h² + b h) (w_a + w_b))
 ///
 /// Bends follow, likewise, along the direction of their sum, volumes along their gradient, and
-/// touches, which only push, with friction across. Then v' = d / h, and where shells meet their rows
-/// correct v' and with it d. That is the paper's step with compliance 1/k and damping b, multiplied
-/// by k h², so that k = 0 leaves a damper: alone, a spring does the step of backward Euler.
+/// touches, which only push, with friction across. Then v' = d / h, and where shells meet their
+/// rows correct v' and with it d. It is the paper's step with compliance 1/k and damping b,
+/// multiplied by k h², so that k = 0 leaves a damper: alone, a spring does the step of backward
+/// Euler.
 ///
 /// The error is of first order in h, and has two parts: backward Euler's, and that of a single
 /// pass, in which a spring does not see what those after it do. The second makes a body too soft by

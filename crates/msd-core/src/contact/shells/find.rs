@@ -27,7 +27,7 @@ pub(super) struct Finder<'a, R: Real> {
     /// How far beyond their reach features may be, metres.
     pub(super) margin: R,
     pub(super) rows: Vec<ContactRow<R>>,
-    /// The keys of vertices and what is beside a face, an edge or a corner of it.
+    /// The keys of vertices and the edges or corners that they are nearest to.
     pub(super) keys: Vec<u64>,
     /// Whether each vertex is in a row.
     pub(super) are_held: Vec<bool>,
@@ -204,8 +204,8 @@ impl<'a, R: Real> Finder<'a, R> {
         (R::ZERO < inverse).then(|| R::ONE / inverse)
     }
 
-    /// Finds the row of a vertex and a face, or of the vertex and an edge or a corner of it; returns
-    /// the gap between them.
+    /// Finds the row of a vertex and a face, or of the vertex and an edge or a corner of it;
+    /// returns the gap between them.
     #[inline(always)]
     fn face(&mut self, [vertex, number]: [u32; 2]) -> R {
         let shells = self.at.shells;

@@ -78,9 +78,9 @@ impl<R: Real> ShellRows<R> {
         self.rows.is_empty()
     }
 
-    /// Finds the rows at a state, each with the impulse that it gave last, before a kick of `length`
-    /// seconds by some forces and a drift of h seconds at the velocities after it; returns whether
-    /// particles are so fast that some may cross.
+    /// Finds the rows at a state, each with the impulse that it gave last, before a kick of
+    /// `length` seconds by some forces and a drift of h seconds at the velocities after it; returns
+    /// whether particles are so fast that some may cross.
     pub(crate) fn find(
         &mut self,
         at: &At<'_, R>,
@@ -278,9 +278,9 @@ impl<R: Real> ShellRows<R> {
     }
 }
 
-/// The square of the diagonal of the box around all velocities after a kick of `length` seconds, and
-/// around rest: two vertices, or one and an obstacle that stands still, come closer at most that
-/// fast.
+/// The square of the diagonal of the box around all velocities after a kick of `length` seconds,
+/// and around rest: two vertices, or one and an obstacle that stands still, come closer at most
+/// that fast.
 #[inline(always)]
 fn spread<S: Simd, R: Real>(
     simd: S,
