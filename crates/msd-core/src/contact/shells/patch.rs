@@ -25,6 +25,15 @@ impl<R: Real> Patch<R> {
         }
         self.inverse_masses.resize(count, R::ZERO);
     }
+
+    /// The means of the velocities of some vertices before a kick and now.
+    pub(super) fn means(&mut self, vertices: &[u32]) -> &[R::Vec3] {
+        for &vertex in vertices {
+            let (mean, now) = (&mut self.before[vertex as usize], self.velocities[vertex as usize]);
+            *mean = (*mean + now) * R::HALF;
+        }
+        &self.before
+    }
 }
 
 /// Reads the vectors of some vertices from a column.

@@ -167,7 +167,7 @@ impl<R: Real> ShellRows<R> {
         if sweep::part(rows, &mut patch.points, &patch.inverse_masses, h) {
             scatter(vertices, &patch.points, positions);
         }
-        sweep::work(rows, [&patch.before, &patch.velocities])
+        sweep::work(rows, patch.means(&lists.vertices))
     }
 
     /// Lets the rows of the substep hold after a kick that no drift follows, where their particles
@@ -185,7 +185,7 @@ impl<R: Real> ShellRows<R> {
         sweep::give(rows, &mut patch.velocities, &patch.inverse_masses);
         sweep::hold(rows, &mut patch.velocities, &patch.inverse_masses);
         scatter((at.shells, &lists.vertices), &patch.velocities, velocities);
-        sweep::work(rows, [&patch.before, &patch.velocities])
+        sweep::work(rows, patch.means(&lists.vertices))
     }
 
     /// Adds the impulses as forces that act for h seconds.
@@ -231,7 +231,7 @@ impl<R: Real> ShellRows<R> {
             }
             row.booked = R::Vec3::ZERO;
         }
-        let contacts = sweep::work(rows, [before, before]);
+        let contacts = sweep::work(rows, before);
         sweep::part(rows, points, inverse_masses, h);
         scatter(vertices, points, positions);
         self.follow(at);
@@ -241,7 +241,7 @@ impl<R: Real> ShellRows<R> {
         rows.iter_mut().for_each(|row| row.booked = row.impulse());
         sweep::hold(rows, now, inverse_masses);
         scatter((at.shells, &lists.vertices), now, velocities);
-        contacts + sweep::work(rows, [before, now])
+        contacts + sweep::work(rows, patch.means(&lists.vertices))
     }
 
     /// Corrects the impulses of the rows for a drift of h seconds.

@@ -50,15 +50,14 @@ pub(super) fn hold<R: Real>(
     }
 }
 
-/// Books the work of impulses: each acted at the mean of the velocities before a kick and now.
-pub(super) fn work<R: Real>(rows: &[ContactRow<R>], [before, now]: [&[R::Vec3]; 2]) -> Contacts {
+/// Books the work of impulses, each of which acted at mean velocities.
+pub(super) fn work<R: Real>(rows: &[ContactRow<R>], means: &[R::Vec3]) -> Contacts {
     let mut contacts = Contacts::default();
     let acts = |row: &&ContactRow<R>| row.push != R::ZERO || row.booked != R::Vec3::ZERO;
     for row in rows.iter().filter(acts) {
-        let mean = (row.velocity(before) + row.velocity(now)) * R::HALF;
         let impulse = row.impulse() - row.booked;
         let driven = impulse.dot(row.carried).to_f64();
-        let taken = -impulse.dot(mean).to_f64();
+        let taken = -impulse.dot(row.velocity(means)).to_f64();
         contacts += Contacts { count: 0, driven, ..Contacts::one(taken) };
     }
     contacts
