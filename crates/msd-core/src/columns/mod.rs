@@ -6,6 +6,7 @@
 
 pub mod slots;
 pub(crate) mod threads;
+pub(crate) mod extent;
 
 use crate::number::Real;
 pub use crate::number::{LANES, RECORD};

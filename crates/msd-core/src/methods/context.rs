@@ -293,37 +293,46 @@ impl<'a, R: Real> StepContext<'a, R> {
         model.settle(self.level, (positions, velocities), (accelerations, contacts), kick)
     }
 
-    /// Whether there are shells.
-    pub(crate) fn has_shells(&self) -> bool {
-        !self.model.shells.is_empty()
+    /// Whether shells have rows, in this substep.
+    pub(crate) fn has_rows(&self) -> bool {
+        !self.rows.is_empty()
     }
 
-    /// What the rows of shells depend on at a time, seconds.
-    fn rows_at(&self, time: f64) -> At<'a, R> {
+    /// What the rows of shells depend on at the start of the substep.
+    fn rows_at(&self) -> At<'a, R> {
         let Model { shells, obstacles, inverse_mass_column, .. } = self.model;
-        At { shells, obstacles, inverse_masses: inverse_mass_column, time }
+        let (level, time) = (self.level, self.time());
+        At { level, shells, obstacles, inverse_masses: inverse_mass_column, time }
     }
 
-    /// Lets shells meet after a kick of `length` seconds by the forces of the last evaluation,
-    /// before a drift of a substep.
-    pub(crate) fn meet_shells(&mut self, length: R) {
-        let (h, at) = (self.substep(), self.rows_at(self.time()));
-        let Columns { positions, velocities } = &mut *self.state;
-        let state: [&mut [R]; 2] = [positions, velocities];
-        let (contacts, is_fast) = self.rows.meet(&at, state, &self.scratch.forces, (length, h));
-        self.done.meet(contacts);
-        self.note_fast(is_fast);
-    }
-
-    /// Takes note of particles that are too fast for shells to be known to stop them.
-    fn note_fast(&mut self, is_fast: bool) {
+    /// Finds the rows of shells before a kick of `length` seconds by the forces of the last
+    /// evaluation, and a drift of a substep at the velocities after it; whether there are some.
+    pub(crate) fn find_rows(&mut self, length: R) -> bool {
+        if self.model.shells.is_empty() {
+            return false;
+        }
+        let (h, at) = (self.substep(), self.rows_at());
+        let Columns { positions, velocities } = &*self.state;
+        let columns: [&[R]; 3] = [positions, velocities, &self.scratch.forces];
+        let is_fast = self.rows.find(&at, columns, (length, h));
+        // Particles are too fast for shells to be known to stop them.
         self.done.turned |= is_fast;
         self.done.passes += u64::from(is_fast);
+        self.has_rows()
+    }
+
+    /// Lets shells meet after that kick, before the drift.
+    pub(crate) fn meet_shells(&mut self, length: R) {
+        let (h, at) = (self.substep(), self.rows_at());
+        let Columns { positions, velocities } = &mut *self.state;
+        let state: [&mut [R]; 2] = [positions, velocities];
+        let contacts = self.rows.meet(&at, state, &self.scratch.forces, (length, h));
+        self.done.meet(contacts);
     }
 
     /// Lets the rows of shells hold after a kick that no drift follows.
     pub(crate) fn hold_shells(&mut self, length: R) {
-        let at = self.rows_at(self.time());
+        let at = self.rows_at();
         let Columns { positions, velocities } = &mut *self.state;
         let kick = (&*self.scratch.forces, length);
         let contacts = self.rows.hold(&at, (positions, velocities), kick);
@@ -332,37 +341,28 @@ impl<'a, R: Real> StepContext<'a, R> {
 
     /// Lets the rows of shells hold the velocities in a work column, which are predicted.
     pub(crate) fn hold_predicted(&mut self, velocities: usize) {
-        let column = &mut self.scratch.columns[velocities];
-        self.rows.hold_predicted(column, &self.model.inverse_mass_column);
+        self.rows.hold_predicted(&self.model.shells, &mut self.scratch.columns[velocities]);
     }
 
-    /// Evaluates all forces as [`StepContext::set_forces`] does, and the impulses of shells as
-    /// forces.
-    pub(crate) fn set_stage_forces(&mut self, time: f64) -> f64 {
-        let (power, h) = (self.set_forces(time), self.substep());
-        if self.has_shells() {
-            self.rows.add_forces(&mut self.scratch.forces, h);
-        }
-        power
+    /// Adds the impulses of shells to the forces, as forces that act for the substep.
+    pub(crate) fn add_impulses(&mut self) {
+        let h = self.substep();
+        self.rows.add_forces(&self.model.shells, &mut self.scratch.forces, h);
     }
 
-    /// Finds the rows of shells at the start of a substep, after an evaluation of forces.
-    pub(crate) fn begin_shells(&mut self) {
-        let (h, at) = (self.substep(), self.rows_at(self.time()));
-        let Columns { positions, velocities } = &*self.state;
-        let columns: [&[R]; 3] = [positions, velocities, &self.scratch.forces];
-        let is_fast = self.rows.find(&at, columns, h);
-        self.rows.add_forces(&mut self.scratch.forces, h);
-        self.note_fast(is_fast);
+    /// Sets the mean velocities of the substep where shells are near each other: those in a work
+    /// column, or the present ones.
+    pub(crate) fn set_means(&mut self, column: Option<usize>) {
+        let means = column.map_or(&self.state.velocities, |column| &self.scratch.columns[column]);
+        self.rows.set_means(&self.model.shells, means);
     }
 
-    /// Corrects the outcome of a substep whose stages had the impulses of shells as forces; its
-    /// mean velocities are in a work column.
-    pub(crate) fn end_shells(&mut self, means: usize) {
-        let (h, at) = (self.substep(), self.rows_at(self.time()));
+    /// Corrects the outcome of a substep of these mean velocities, whose stages had the impulses of
+    /// shells as forces.
+    pub(crate) fn end_shells(&mut self) {
+        let (h, at) = (self.substep(), self.rows_at());
         let Columns { positions, velocities } = &mut *self.state;
-        let columns: [&mut [R]; 3] = [positions, velocities, &mut self.scratch.columns[means]];
-        let contacts = self.rows.end(&at, columns, h);
+        let contacts = self.rows.end(&at, [positions, velocities], h);
         self.done.meet(contacts);
     }
 

@@ -19,7 +19,14 @@ pub(crate) fn explicit_euler<R: Real>(step: &mut StepContext<'_, R>) {
     let h = step.substep();
     for _ in 0..step.substeps() {
         let (power, level) = (step.set_forces(step.time()), step.level);
+        if step.find_rows(R::ZERO) {
+            step.add_impulses();
+            step.set_means(None);
+        }
         for_each_share(step.pass(), |pass| at_level!(level, _simd => drift_kick(pass, h)));
+        if step.has_rows() {
+            step.end_shells();
+        }
         step.done.counted += power * h.to_f64();
         step.finish(Way::Kicked(1.0), Evaluated::AtStart);
     }
@@ -41,7 +48,7 @@ pub(crate) fn symplectic_euler<R: Real>(step: &mut StepContext<'_, R>) {
     let h = step.substep();
     for _ in 0..step.substeps() {
         let (power, level) = (step.set_forces(step.time()), step.level);
-        if step.has_shells() {
+        if step.find_rows(h) {
             kick_meet_drift(step, h);
         } else {
             for_each_share(step.pass(), |pass| at_level!(level, _simd => kick_drift(pass, h)));
@@ -115,7 +122,7 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
         }
         let before = step.scratch.power;
         let lies = lie.unwrap_or_else(|| step.find(step.time(), Evaluated::AtEnd));
-        if lies || step.has_shells() {
+        if step.find_rows(h * R::HALF) || lies {
             kick_settle_drift(step, is_damped);
         } else if is_damped {
             let advance = |pass: Pass<'_, R, VERLET_COLUMNS>| {
@@ -134,7 +141,7 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
         step.scratch.power = power;
         step.scratch.columns.swap(NOW, BEFORE);
         for_each_share(step.pass(), |pass| at_level!(level, _simd => half_kick(pass, h)));
-        if step.has_shells() {
+        if step.has_rows() {
             step.hold_shells(h * R::HALF);
         }
         lie = Some(step.find(step.end(), Evaluated::AtEnd));
@@ -172,14 +179,14 @@ fn kick_settle_drift<R: Real>(step: &mut StepContext<'_, R>, is_damped: bool) {
     let kick = half_of(step, 0.0, true, Drift::Ahead);
     for_each_share(step.pass(), |pass| at_level!(level, _simd => kick_by_half(pass, h)));
     // Before obstacles: a row of its own bears what lies on both.
-    if step.has_shells() {
+    if step.has_rows() {
         step.meet_shells(kick.length);
     }
     let contacts = step.settle(None, NOW, kick);
     step.done.meet(contacts);
     if is_damped {
         for_each_share(step.pass(), |pass| at_level!(level, _simd => predict(pass, h)));
-        if step.has_shells() {
+        if step.has_rows() {
             step.hold_predicted(PREDICTED);
         }
         step.settle(Some(PREDICTED), NOW, Kick { loses: false, drift: Drift::Absent, ..kick });
@@ -288,8 +295,8 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
     for _ in 0..step.substeps() {
         let (time, length) = (step.time(), step.settings.substep());
         let mut energy = step.set_forces(time);
-        if step.has_shells() {
-            step.begin_shells();
+        if step.find_rows(half) {
+            step.add_impulses();
         }
         let lies = step.find(time, Evaluated::AtEnd);
         for_each_share(step.pass(), start);
@@ -301,7 +308,10 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
             if lies {
                 settle_stage(step, reach, false);
             }
-            let power = step.set_stage_forces(time + at * length);
+            let power = step.set_forces(time + at * length);
+            if step.has_rows() {
+                step.add_impulses();
+            }
             energy += if at < 1.0 { 2.0 * power } else { power };
         }
         for_each_share(step.pass(), |pass| at_level!(level, _simd => last_stage(pass, sixth)));
@@ -309,9 +319,10 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
             let contacts = settle_stage(step, h, true);
             step.done.meet(contacts);
         }
-        if step.has_shells() {
+        if step.has_rows() {
             for_each_share(step.pass(), |pass| set_means(pass, h));
-            step.end_shells(KICKS);
+            step.set_means(Some(KICKS));
+            step.end_shells();
         }
         step.done.counted += energy * sixth.to_f64();
         step.finish(Way::Kept, Evaluated::AtEnd);

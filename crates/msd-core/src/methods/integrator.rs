@@ -102,8 +102,7 @@ impl Integrator {
 
     /// Whether it lets shells meet, see [`crate::scene::Shell`].
     pub fn lets_shells_meet(self) -> bool {
-        use Integrator::{Rk4, SymplecticEuler, VelocityVerlet};
-        matches!(self, SymplecticEuler | VelocityVerlet | Rk4)
+        Integrator::EXPLICIT.contains(&self) || self == Integrator::Xpbd
     }
 
     /// Refuses a method that does not let shells meet where there are some.

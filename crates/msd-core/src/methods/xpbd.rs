@@ -2,11 +2,11 @@
 
 use super::StepContext;
 use super::context::Way;
-use crate::columns::{Aligned, set_vector, vector};
+use crate::columns::{Aligned, add_vector, set_vector, vector};
 use crate::contact::Evaluated;
 use crate::elements::{Projection, column};
 use crate::number::{Real, Vector};
-use crate::system::Model;
+use crate::system::{Columns, Model};
 use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -39,9 +39,10 @@ impl<R: Real> Scratch<R> {
 /// λ = −(k h² C + b h u·(d_b − d_a)) / (1 + (k h² + b h) (w_a + w_b))
 ///
 /// Bends follow, likewise, along the direction of their sum, volumes along their gradient, and
-/// touches, which only push, with friction across. Then
-/// v' = d / h. That is the paper's step with compliance 1/k and damping b, multiplied by k h², so
-/// that k = 0 leaves a damper: alone, a spring does the step of backward Euler.
+/// touches, which only push, with friction across. Then v' = d / h, and where shells meet their
+/// rows correct v' and with it d. It is the paper's step with compliance 1/k and damping b,
+/// multiplied by k h², so that k = 0 leaves a damper: alone, a spring does the step of backward
+/// Euler.
 ///
 /// The error is of first order in h, and has two parts: backward Euler's, and that of a single
 /// pass, in which a spring does not see what those after it do. The second makes a body too soft by
@@ -106,7 +107,6 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
     model.inner().into_iter().for_each(|kind| kind.project(&mut projection));
     let per_h = R::ONE / h;
     for (particle, at) in model.slots.places().enumerate() {
-        set_vector(&mut step.state.positions, at, starts[particle] + ways[particle]);
         // A pin keeps its velocity to the bit.
         if inverse_masses[particle] != R::ZERO {
             let before = vector::<R>(&step.state.velocities, at);
@@ -116,6 +116,16 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
             let force = (velocity - before) * (per_h * model.masses()[particle]);
             set_vector(&mut step.scratch.forces, at, force);
         }
+    }
+    // Velocities have had their kick.
+    let meets = step.find_rows(R::ZERO);
+    if meets {
+        step.meet_shells(h);
+    }
+    let Columns { positions, velocities } = &mut *step.state;
+    for (particle, at) in model.slots.places().enumerate() {
+        let way = if meets { vector::<R>(velocities, at) * h } else { ways[particle] };
+        add_vector::<R>(positions, at, way);
     }
     power
 }

@@ -12,8 +12,13 @@ use msd_core::{
 };
 use std::ops::Range;
 
-const ALL: [Integrator; 3] =
-    [Integrator::SymplecticEuler, Integrator::VelocityVerlet, Integrator::Rk4];
+const ALL: [Integrator; 5] = [
+    Integrator::SymplecticEuler,
+    Integrator::VelocityVerlet,
+    Integrator::Rk4,
+    Integrator::ExplicitEuler,
+    Integrator::Xpbd,
+];
 const G: f64 = 9.82;
 
 fn shell(thickness: f64, friction: f64) -> Shell {
@@ -106,7 +111,7 @@ fn friction_holds_a_block_on_a_slope() {
 #[test]
 fn a_block_slides_down_a_slope_by_coulombs_law() {
     let (scene, block) = slope(0.1);
-    for (integrator, substeps) in [(ALL[0], 16), (ALL[1], 32), (ALL[2], 32)] {
+    for (integrator, substeps) in ALL.into_iter().zip([16, 32, 32, 64, 32]) {
         let mut simulation = start::<f64>(&scene, integrator, substeps);
         run(&mut simulation, 0.6);
         // Least squares over the last 0.9 s.
@@ -146,8 +151,14 @@ fn what_collides_in_free_space_keeps_its_momentum() {
         let off =
             [(after.linear - before.linear).length(), (after.angular - before.angular).length()];
         let apart = centre(&simulation, other.clone()).1.x - centre(&simulation, one.clone()).1.x;
-        // The impulses that act in the stages of RK4 are central at their start alone.
-        let turned = if integrator == Integrator::Rk4 { 1e-5 } else { 1e-13 };
+        let turned = match integrator {
+            // The impulses that act in its stages are central at their start alone.
+            Integrator::Rk4 => 1e-5,
+            // Forces are central at the start of a substep, or where XPBD predicts its end: an
+            // impulse m v that acts while ends move by h v, with h = 1/3840 s and v = 2 m/s.
+            Integrator::ExplicitEuler | Integrator::Xpbd => 1e-3,
+            _ => 1e-13,
+        };
         let [linear, angular] = off.map(|off| off / size);
         assert!(linear < 1e-13 && angular < turned, "{integrator}: {linear}, {angular}");
         assert!(1.0 < apart, "{integrator}: {apart}");
@@ -167,7 +178,8 @@ fn strips_whose_edges_alone_meet_hold_each_other() {
         scene.pins.push(Pin { particle: low.start + end, velocity: DVec3::ZERO });
         scene.particles[high.start + end].mass *= 5.0;
     }
-    for integrator in ALL {
+    // The springs of explicit Euler gain energy here, shells or not.
+    for integrator in ALL.into_iter().filter(|&method| method != Integrator::ExplicitEuler) {
         for substeps in [16, 32, 64] {
             let mut simulation = start::<f64>(&scene, integrator, substeps);
             let mut most = 0;
@@ -220,6 +232,44 @@ fn a_resumed_run_has_the_same_bits() {
     }
 }
 
+/// A cloth that falls on its edge and folds, and the same run with new lists at each step.
+#[test]
+fn bits_do_not_depend_on_when_lists_were_made() {
+    let mut scene = Scene { planes: vec![floor()], ..Scene::default() };
+    let places = [DVec3::Y * 0.05, DVec3::X * 0.02, DVec3::Y * 0.02];
+    let thick = Shell { itself: true, ..shell(2e-3, 0.5) };
+    let cloth = add_cloth(&mut scene, [8, 21], places, (5e-4, 30.0), thick);
+    for particle in &mut scene.particles[cloth] {
+        particle.position.z += 0.01 * (30.0 * particle.position.y).sin();
+    }
+    for integrator in ALL.into_iter().filter(|&method| method != Integrator::ExplicitEuler) {
+        let mut straight = start::<f32>(&scene, integrator, 32);
+        let mut anew = straight.clone();
+        for _ in 0..60 {
+            for simulation in [&mut straight, &mut anew] {
+                simulation.step().expect("a step");
+            }
+            let (rows, progress) = anew.progress();
+            anew = Simulation::resume(&rows, &progress).expect("a run");
+        }
+        let (_, progress) = straight.progress();
+        assert!(!progress.impulses.is_empty(), "{integrator}: it does not meet itself");
+        assert_eq!(straight.state(), anew.state(), "{integrator}");
+        assert_eq!(crossings(&straight), 0, "{integrator}");
+    }
+}
+
+#[test]
+fn steps_of_bodies_that_lie_on_each_other_allocate_nothing() {
+    let (scene, _) = cubes();
+    for integrator in ALL {
+        let mut simulation = start::<f64>(&scene, integrator, 32);
+        run(&mut simulation, 1.0);
+        let asked = allocation_counter::measure(|| run(&mut simulation, 0.5));
+        assert_eq!(asked.count_total, 0, "{integrator}");
+    }
+}
+
 /// Errors halve with the substep, or fall faster.
 #[test]
 fn contact_of_bodies_is_of_first_order() {
@@ -246,7 +296,7 @@ fn contact_of_bodies_is_of_first_order() {
 #[test]
 fn a_run_that_diverges_stops_at_the_last_good_state() {
     let (scene, _) = cubes();
-    for integrator in ALL {
+    for integrator in Integrator::EXPLICIT {
         let mut simulation = start::<f32>(&scene, integrator, 1);
         let error = (0..600).find_map(|_| simulation.step().err());
         assert!(matches!(error, Some(Error::Diverged(_))), "{integrator}: {error:?}");
@@ -276,7 +326,7 @@ fn shells_out_of_their_domain_are_refused() {
 
 #[test]
 fn a_method_that_does_not_let_shells_meet_is_refused_by_name() {
-    let settings = Settings { integrator: Integrator::Xpbd, ..Settings::default() };
+    let settings = Settings { integrator: Integrator::BackwardEuler, ..Settings::default() };
     let refused = Simulation::<f32>::new(&cubes().0, settings);
     assert!(matches!(refused, Err(Error::UnknownName { .. })), "{refused:?}");
 }

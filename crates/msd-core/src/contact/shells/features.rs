@@ -1,5 +1,6 @@
 //! Features of shells: their vertices, edges and faces, and which of them hang together.
 
+use crate::columns::extent::Records;
 use crate::columns::slots::Slots;
 use crate::columns::vector;
 use crate::number::Real;
@@ -37,12 +38,16 @@ pub(super) struct ShellFace {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Shells {
     rows: Vec<Shell>,
+    /// The thickness of each, metres, and the root of its friction.
+    laws: Vec<[f64; 2]>,
     pub(super) vertices: Vec<Vertex>,
     pub(super) edges: Vec<Edge>,
     pub(super) faces: Vec<ShellFace>,
     /// The vertices that edges join to each.
     joined: ByVertex,
     faces_at: ByVertex,
+    /// Where vertices are in columns of vectors.
+    pub(super) records: Records,
 }
 
 /// Numbers of each vertex.
@@ -102,7 +107,10 @@ impl Shells {
                 shells.edge(ends.map(|end| numbers[&end]), &mut edges);
             }
         }
+        let law = |row: &Shell| [row.thickness, Real::sqrt(row.friction)];
+        shells.laws = rows.iter().map(law).collect();
         shells.rows = rows;
+        shells.records = Records::new(shells.vertices.iter().map(|vertex| vertex.at));
         shells.join();
         shells
     }
@@ -167,9 +175,8 @@ impl Shells {
     /// The distance at which the shells of two vertices stop each other, metres, and their
     /// friction.
     pub(super) fn law_of<R: Real>(&self, a: u32, b: u32) -> (R, R) {
-        let [a, b] = [a, b].map(|vertex| &self.rows[self.shell_of(vertex)]);
-        let friction = Real::sqrt(a.friction) * Real::sqrt(b.friction);
-        (R::of(a.thickness) + R::of(b.thickness), R::of(friction))
+        let [[a, a_root], [b, b_root]] = [a, b].map(|vertex| self.laws[self.shell_of(vertex)]);
+        (R::of(a) + R::of(b), R::of(a_root * b_root))
     }
 
     /// The largest distance at which two shells stop each other, metres.

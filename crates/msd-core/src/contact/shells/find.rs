@@ -1,15 +1,18 @@
 //! Rows of the features that are nearest to each other.
 
-use super::features::{NONE, Shells};
+use super::features::{Edge, NONE, Shells};
+use super::lists::{Candidates, ListedPair, NOISE, Pairs, square_between};
+use super::patch::Patch;
 use super::row::{ContactRow, EDGE, EDGES, FACE, OBSTACLE, VERTEX, features, key};
-use crate::columns::vector;
 use crate::number::{Real, Vector};
 use crate::obstacles::Obstacles;
 use crate::triangle::{nearest, part_of_edge};
 use alloc::vec::Vec;
+use fearless_simd::Level;
 
 /// A state in columns, and what the rows of it depend on.
 pub(crate) struct At<'a, R: Real> {
+    pub(crate) level: Level,
     pub(crate) shells: &'a Shells,
     pub(crate) obstacles: &'a Obstacles<R>,
     pub(crate) inverse_masses: &'a [R],
@@ -20,17 +23,38 @@ pub(crate) struct At<'a, R: Real> {
 /// Rows as they are found.
 pub(super) struct Finder<'a, R: Real> {
     pub(super) at: &'a At<'a, R>,
-    pub(super) positions: &'a [R],
+    pub(super) patch: &'a Patch<R>,
     /// How far beyond their reach features may be, metres.
     pub(super) margin: R,
     pub(super) rows: Vec<ContactRow<R>>,
-    /// The vertices in them.
-    pub(super) used: Vec<u32>,
+    /// The keys of vertices and the edges or corners that they are nearest to.
+    pub(super) keys: Vec<u64>,
+    /// Whether each vertex is in a row.
+    pub(super) are_held: Vec<bool>,
 }
 
-impl<R: Real> Finder<'_, R> {
+impl<'a, R: Real> Finder<'a, R> {
+    pub(super) fn new(at: &'a At<'a, R>, patch: &'a Patch<R>, margin: R) -> Self {
+        let (rows, keys, are_held) = (Vec::new(), Vec::new(), Vec::new());
+        Finder { at, patch, margin, rows, keys, are_held }
+    }
+
+    /// Finds the rows of close features and of obstacles, in the order of their keys.
+    pub(super) fn find(&mut self, lists: &mut Candidates<R>) {
+        let worn = lists.worn;
+        let most = worn + (self.margin + R::of(self.at.shells.reach() * NOISE)).to_f64();
+        let near = (worn, most);
+        self.keys.clear();
+        let Pairs { facing, ending, crossing } = &mut lists.close;
+        see_near(facing, near, |features| self.face(features));
+        see_near(ending, near, |features| self.end(features));
+        self.add_keys();
+        see_near(crossing, near, |features| self.edges(features));
+        self.obstacles(lists);
+    }
+
     fn point(&self, vertex: u32) -> R::Vec3 {
-        self.at.shells.point(self.positions, vertex)
+        self.patch.points[vertex as usize]
     }
 
     /// The square of the distance of a point from a face.
@@ -39,24 +63,31 @@ impl<R: Real> Finder<'_, R> {
         nearest::<R>(corners.map(|corner| self.point(corner) - point)).square
     }
 
+    /// Adds the rows of the keys noted, each once.
+    fn add_keys(&mut self) {
+        let mut keys = core::mem::take(&mut self.keys);
+        keys.sort_unstable();
+        keys.dedup();
+        keys.iter().for_each(|&key| self.add(key, self.sides(key)));
+        self.keys = keys;
+    }
+
     /// Adds the row of some features unless they are too far apart.
-    fn add(&mut self, key: u64) {
-        if let Some((row, vertices)) = self.row(key) {
+    #[inline(always)]
+    fn add(&mut self, key: u64, sides: Sides<R>) {
+        if let Some(row) = self.row(key, sides) {
             self.rows.push(row);
-            self.used.extend(vertices.iter().take(row.count));
         }
     }
 
-    /// The row of some features, and its vertices; none where they are too far apart, or nothing
-    /// moves either.
-    pub(super) fn row(&self, key: u64) -> Option<(ContactRow<R>, [u32; 4])> {
-        let shells = self.at.shells;
-        let Sides { vertices, weights, count } = self.sides(key);
-        let (stop, friction) = shells.law_of::<R>(vertices[0], vertices[count - 1]);
-        let at = vertices.map(|vertex| shells.vertices[vertex as usize].at);
+    /// The row of some features; none where they are too far apart, or nothing moves either.
+    #[inline(always)]
+    fn row(&self, key: u64, sides: Sides<R>) -> Option<ContactRow<R>> {
+        let Sides { vertices, weights } = sides;
+        let (stop, friction) = self.at.shells.law_of::<R>(vertices[0], vertices[3]);
         let mut row =
-            ContactRow { key, at, weights, count, stop, friction, ..ContactRow::default() };
-        let way = row.relative(self.positions);
+            ContactRow { key, vertices, weights, stop, friction, ..ContactRow::default() };
+        let way = row.relative(&self.patch.points);
         let square = way.dot(way);
         let most = stop + self.margin;
         if most * most <= square || square < R::SHORTEST_SQUARED {
@@ -66,10 +97,7 @@ impl<R: Real> Finder<'_, R> {
         row.normal = way * (R::ONE / distance);
         row.gap = distance - stop;
         row.mass = self.mass(&row)?;
-        if R::ZERO < friction {
-            self.turn(&mut row, distance);
-        }
-        Some((row, vertices))
+        Some(row)
     }
 
     /// The points of two features that are nearest to each other.
@@ -80,8 +108,8 @@ impl<R: Real> Finder<'_, R> {
             FACE => {
                 let corners = shells.faces[b as usize].corners;
                 let here = self.point(a);
-                let [u, v, w] = nearest::<R>(corners.map(|at| self.point(at) - here)).weights;
-                Sides::new([a, corners[0], corners[1], corners[2]], [R::ONE, -u, -v, -w])
+                let weights = nearest::<R>(corners.map(|at| self.point(at) - here)).weights;
+                Sides::of_face(a, corners, weights)
             }
             EDGE => {
                 let [from, to] = shells.edges[b as usize].ends;
@@ -91,17 +119,16 @@ impl<R: Real> Finder<'_, R> {
             }
             VERTEX => Sides::new([a, b], [R::ONE, -R::ONE]),
             _ => {
-                let [own, other] = [a, b].map(|edge| shells.edges[edge as usize].ends);
-                let [s, t] = self.parts([own, other]).unwrap_or([R::HALF; 2]);
-                let [s, t] = [s, t].map(|part| part.max(R::ZERO).min(R::ONE));
-                let ends = [own[0], own[1], other[0], other[1]];
-                Sides::new(ends, [R::ONE - s, s, t - R::ONE, -t])
+                let edges = [a, b].map(|edge| shells.edges[edge as usize].ends);
+                let parts = self.parts(edges).unwrap_or([R::HALF; 2]);
+                Sides::of_edges(edges, parts.map(|part| part.max(R::ZERO).min(R::ONE)))
             }
         }
     }
 
     /// Where the lines of two edges are nearest to each other, in parts of the edges; none where
     /// they are parallel.
+    #[inline(always)]
     fn parts(&self, [own, other]: [[u32; 2]; 2]) -> Option<[R; 2]> {
         let [p, p_end] = own.map(|end| self.point(end));
         let [q, q_end] = other.map(|end| self.point(end));
@@ -127,12 +154,12 @@ impl<R: Real> Finder<'_, R> {
         few.chain(first.iter().chain(last).copied())
     }
 
-    /// Lets the face that faces the normal most of some take the couple of friction. One that a
-    /// normal is nearly along would be turned by much for little.
-    fn turn(&self, row: &mut ContactRow<R>, distance: R) {
+    /// Lets a face take the couple of friction, by its corners: the first of some that faces the
+    /// normal well, or the one that faces it most. One that a normal is nearly along would be
+    /// turned by much for little.
+    fn turn_one(&self, row: &mut ContactRow<R>, faces: impl Iterator<Item = [u32; 3]>) {
         let mut best = R::of(LEAST_FACING);
-        for face in self.faces_of(row.key) {
-            let corners = self.at.shells.faces[face as usize].corners;
+        for corners in faces {
             let [a, b, c] = corners.map(|corner| self.point(corner));
             let across = (b - a).cross(c - a);
             let area = across.dot(row.normal);
@@ -142,35 +169,59 @@ impl<R: Real> Finder<'_, R> {
             }
             best = facing;
             row.turns = true;
-            row.turning = corners.map(|corner| self.at.shells.vertices[corner as usize].at);
-            row.turns_by = turns_by::<R>([a, b, c], (row.normal, distance));
+            row.turning = corners;
+            row.turns_by = turns_by::<R>([a, b, c], (row.normal, row.gap + row.stop));
+            if R::HALF < facing {
+                break;
+            }
         }
+    }
+
+    /// Lets a face at the features of a row take the couple of friction.
+    pub(super) fn turn(&self, row: &mut ContactRow<R>) {
+        if !row.is_of_obstacle() && R::ZERO < row.friction {
+            let corners = |face: u32| self.at.shells.faces[face as usize].corners;
+            self.turn_one(row, self.faces_of(row.key).map(corners));
+        }
+    }
+
+    /// Lets a row follow its features to where these are now; the same face takes the couple.
+    pub(super) fn follow(&self, row: &mut ContactRow<R>) {
+        let Some(mut new) = self.row(row.key, self.sides(row.key)) else { return };
+        if row.turns {
+            self.turn_one(&mut new, core::iter::once(row.turning));
+        }
+        (new.push, new.rub) = (row.push, row.rub - new.normal * new.normal.dot(row.rub));
+        *row = new;
     }
 
     /// The mass of both sides of a row, kilograms; none where nothing moves either.
     fn mass(&self, row: &ContactRow<R>) -> Option<R> {
-        let each = row.at.iter().zip(row.weights).take(row.count);
-        let inverse = each.fold(R::ZERO, |sum, (&at, weight)| {
-            sum + weight * weight * self.at.inverse_masses[at as usize]
+        let each = row.vertices.iter().zip(row.weights);
+        let inverse = each.fold(R::ZERO, |sum, (&vertex, weight)| {
+            sum + weight * weight * self.patch.inverse_masses[vertex as usize]
         });
         (R::ZERO < inverse).then(|| R::ONE / inverse)
     }
 
-    /// Finds the row of a vertex and a face, or of the vertex and an edge or a corner of it.
-    pub(super) fn face(&mut self, [vertex, number]: [u32; 2]) {
+    /// Finds the row of a vertex and a face, or of the vertex and an edge or a corner of it;
+    /// returns the gap between them.
+    #[inline(always)]
+    fn face(&mut self, [vertex, number]: [u32; 2]) -> R {
         let shells = self.at.shells;
         let face = shells.faces[number as usize];
         let here = self.point(vertex);
         let corners = face.corners.map(|corner| self.point(corner) - here);
         let (stop, _) = shells.law_of::<R>(vertex, face.corners[0]);
-        let most = stop + self.margin;
         let met = nearest::<R>(corners);
-        if most * most <= met.square {
-            return;
+        let gap = met.square.sqrt() - stop;
+        if self.margin <= gap {
+            return gap;
         }
         let zeros = met.weights.map(|weight| weight == R::ZERO);
         match zeros.iter().filter(|&&zero| zero).count() {
-            0 => self.add(key(FACE, vertex, number)),
+            0 => self
+                .add(key(FACE, vertex, number), Sides::of_face(vertex, face.corners, met.weights)),
             1 => {
                 let side = match zeros {
                     [true, _, _] => 1,
@@ -183,30 +234,40 @@ impl<R: Real> Finder<'_, R> {
                     let is_own = shells.faces[other as usize].corners.contains(&vertex);
                     let least = met.square * (R::ONE - R::EPSILON * R::of(64.0));
                     if is_own || self.square(here, other) < least {
-                        return;
+                        return gap;
                     }
                 }
-                self.add(key(EDGE, vertex, edge));
+                self.keys.push(key(EDGE, vertex, edge));
             }
             _ => {
                 let corner = zeros.iter().position(|&zero| !zero).unwrap_or(0);
                 self.corner(vertex, face.corners[corner]);
             }
         }
+        gap
     }
 
-    /// Finds the row of a vertex and an edge of no face, or of the vertex and an end of it.
-    pub(super) fn end(&mut self, [vertex, number]: [u32; 2]) {
+    /// Finds the row of a vertex and an edge of no face, or of the vertex and an end of it; returns
+    /// the gap between them.
+    fn end(&mut self, [vertex, number]: [u32; 2]) -> R {
         let [a, b] = self.at.shells.edges[number as usize].ends;
         let here = self.point(vertex);
-        let part = part_of_edge::<R>(self.point(a) - here, self.point(b) - here);
+        let [from, to] = [a, b].map(|end| self.point(end) - here);
+        let part = part_of_edge::<R>(from, to);
+        let way = from + (to - from) * part;
+        let (stop, _) = self.at.shells.law_of::<R>(vertex, a);
+        let gap = way.dot(way).sqrt() - stop;
+        if self.margin <= gap {
+            return gap;
+        }
         if part == R::ZERO {
             self.corner(vertex, a);
         } else if part == R::ONE {
             self.corner(vertex, b);
         } else {
-            self.add(key(EDGE, vertex, number));
+            self.keys.push(key(EDGE, vertex, number));
         }
+        gap
     }
 
     /// Adds the row of two vertices unless one is nearer to an edge at the other.
@@ -223,55 +284,78 @@ impl<R: Real> Finder<'_, R> {
             return;
         }
         let (a, b) = (vertex.min(corner), vertex.max(corner));
-        self.add(key(VERTEX, a, b));
+        self.keys.push(key(VERTEX, a, b));
     }
 
-    /// Finds the row of two edges whose nearest points are inside of both.
-    pub(super) fn edges(&mut self, [a, b]: [u32; 2]) {
+    /// Finds the row of two edges whose nearest points are inside of both; returns the gap between
+    /// them.
+    #[inline(always)]
+    fn edges(&mut self, [a, b]: [u32; 2]) -> R {
         let shells = self.at.shells;
         let [own, other] = [a, b].map(|edge| shells.edges[edge as usize].ends);
         let (stop, _) = shells.law_of::<R>(own[0], other[0]);
-        let most = stop + self.margin;
-        let Some([s, t]) = self.parts([own, other]) else { return };
-        let is_inside = |part: R| R::ZERO < part && part < R::ONE;
-        if !is_inside(s) || !is_inside(t) {
-            return;
-        }
-        let between = |[a, b]: [u32; 2], part: R| {
-            let [from, to] = [a, b].map(|end| self.point(end));
-            from + (to - from) * part
+        let [p, q] = [own, other].map(|ends| ends.map(|end| self.point(end)));
+        let is_inside = |parts: &[R; 2]| parts.iter().all(|&s| R::ZERO < s && s < R::ONE);
+        let Some([s, t]) = self.parts([own, other]).filter(is_inside) else {
+            return square_between::<R>(p, q).sqrt() - stop;
         };
-        let (here, there) = (between(own, s), between(other, t));
+        let [here, there] = [(p, s), (q, t)].map(|([from, to], part)| from + (to - from) * part);
         let square = (here - there).dot(here - there);
-        if most * most <= square {
-            return;
+        let gap = square.sqrt() - stop;
+        if self.margin <= gap {
+            return gap;
         }
-        let least = square * R::of(1.0 - FLAT);
-        for (edge, point, ends) in [(a, there, other), (b, here, own)] {
-            for face in shells.edges[edge as usize].faces.into_iter().filter(|&face| face != NONE) {
-                let corners = shells.faces[face as usize].corners;
-                let is_own = ends.iter().any(|end| corners.contains(end));
-                if !is_own && self.square(point, face) < least {
-                    return;
-                }
-            }
+        let way = there - here;
+        let is_led =
+            self.leads(a, (here, way, square), other) || self.leads(b, (there, -way, square), own);
+        if !is_led {
+            self.add(key(EDGES, a, b), Sides::of_edges([own, other], [s, t]));
         }
-        self.add(key(EDGES, a, b));
+        gap
+    }
+
+    /// Whether a face beside an edge leads from a point of it along a way across the edge, so that
+    /// the face is nearer to where the way ends than the edge is. Faces at others do not count.
+    fn leads(
+        &self,
+        edge: u32,
+        (here, way, square): (R::Vec3, R::Vec3, R),
+        other: [u32; 2],
+    ) -> bool {
+        let shells = self.at.shells;
+        let Edge { ends, faces } = shells.edges[edge as usize];
+        let along = self.point(ends[1]) - self.point(ends[0]);
+        faces.into_iter().filter(|&face| face != NONE).any(|face| {
+            let corners = shells.faces[face as usize].corners;
+            let third = corners.into_iter().find(|corner| !ends.contains(corner));
+            let Some(third) = third.filter(|_| !other.iter().any(|end| corners.contains(end)))
+            else {
+                return false;
+            };
+            let inwards = self.point(third) - here;
+            let (leads, slides) = (inwards.dot(way), inwards.dot(along));
+            let across = inwards.dot(inwards) - slides * slides / along.dot(along);
+            R::ZERO < leads && R::of(FLAT) * (square * across) < leads * leads
+        })
     }
 
     /// Adds the rows of obstacles and of vertices that are in a row: one that lies on an obstacle
     /// bears what lies on it.
-    pub(super) fn obstacles(&mut self) {
-        let At { shells, obstacles, time, .. } = *self.at;
+    fn obstacles(&mut self, lists: &Candidates<R>) {
+        let At { obstacles, time, .. } = *self.at;
         if obstacles.is_empty() || self.rows.is_empty() {
             return;
         }
-        let mut used = core::mem::take(&mut self.used);
-        used.sort_unstable();
-        used.dedup();
-        for &vertex in &used {
-            let at = shells.vertices[vertex as usize].at;
-            let here = vector::<R>(self.positions, at as usize);
+        self.are_held.clear();
+        self.are_held.resize(self.patch.points.len(), false);
+        for row in &self.rows {
+            row.vertices.iter().for_each(|&vertex| self.are_held[vertex as usize] = true);
+        }
+        for &vertex in &lists.vertices {
+            if !self.are_held[vertex as usize] {
+                continue;
+            }
+            let here = self.point(vertex);
             for index in 0..obstacles.count() {
                 let obstacle = obstacles.get(index);
                 let gap = obstacle.gap(here, time);
@@ -280,9 +364,8 @@ impl<R: Real> Finder<'_, R> {
                 }
                 let row = ContactRow {
                     key: EDGES << 62 | OBSTACLE | u64::from(vertex) << 24 | index as u64,
-                    at: [at; 4],
+                    vertices: [vertex; 4],
                     weights: [R::ONE, R::ZERO, R::ZERO, R::ZERO],
-                    count: 1,
                     normal: obstacle.normal(here, time),
                     gap,
                     carried: obstacle.velocity(here, time),
@@ -294,7 +377,19 @@ impl<R: Real> Finder<'_, R> {
                 }
             }
         }
-        self.used = used;
+    }
+}
+
+/// Sees the pairs between which the gap may be less than a margin, of which `most` is the sum with
+/// the wear, and takes note of their gaps.
+#[inline(always)]
+fn see_near<R: Real>(
+    pairs: &mut [ListedPair],
+    (worn, most): (f64, f64),
+    mut gap: impl FnMut([u32; 2]) -> R,
+) {
+    for pair in pairs.iter_mut().filter(|pair| pair.until < most) {
+        pair.until = worn + gap(pair.features).to_f64();
     }
 }
 
@@ -305,19 +400,32 @@ const LEAST_FACING: f64 = 0.1;
 /// lie in flat surface they would take turns.
 const FLAT: f64 = 2e-3;
 
-/// Two sides of a row, by vertices with weights.
+/// Two sides of a row, by vertices with weights: where they are fewer than four, the last again
+/// without a weight.
+#[derive(Clone, Copy)]
 struct Sides<R> {
     vertices: [u32; 4],
     weights: [R; 4],
-    count: usize,
 }
 
 impl<R: Real> Sides<R> {
+    #[inline(always)]
     fn new<const N: usize>(vertices: [u32; N], weights: [R; N]) -> Self {
-        let mut sides = Sides { vertices: [vertices[0]; 4], weights: [R::ZERO; 4], count: N };
+        let mut sides = Sides { vertices: [vertices[N - 1]; 4], weights: [R::ZERO; 4] };
         sides.vertices[..N].copy_from_slice(&vertices);
         sides.weights[..N].copy_from_slice(&weights);
         sides
+    }
+
+    #[inline(always)]
+    fn of_face(vertex: u32, [a, b, c]: [u32; 3], [u, v, w]: [R; 3]) -> Self {
+        Sides::new([vertex, a, b, c], [R::ONE, -u, -v, -w])
+    }
+
+    #[inline(always)]
+    fn of_edges([own, other]: [[u32; 2]; 2], [s, t]: [R; 2]) -> Self {
+        let ends = [own[0], own[1], other[0], other[1]];
+        Sides::new(ends, [R::ONE - s, s, t - R::ONE, -t])
     }
 }
 

@@ -16,6 +16,7 @@
 mod features;
 mod lists;
 mod row;
+mod patch;
 mod find;
 mod sweep;
 mod rows;

@@ -1,6 +1,5 @@
 //! A row: a contact of up to four particles, and the impulse that it gives.
 
-use crate::columns::{add_vector, vector};
 use crate::contact::law::coulomb;
 use crate::number::{Real, Vector};
 use glam::DVec3;
@@ -10,15 +9,14 @@ use glam::DVec3;
 pub(super) struct ContactRow<R: Real> {
     /// Which features: their kind, and the number of each.
     pub(super) key: u64,
-    /// Where the numbers of each particle are in a column of vectors, and their weights: positive
-    /// on one side, negative on the other.
-    pub(super) at: [u32; 4],
+    /// The vertices, and their weights: positive on one side, negative on the other, and 0 for what
+    /// is no particle of it.
+    pub(super) vertices: [u32; 4],
     pub(super) weights: [R; 4],
-    pub(super) count: usize,
     /// Direction from the second side to the first, length one.
     pub(super) normal: R::Vec3,
-    /// A face that takes the couple of friction: whether there is one, where the numbers of its
-    /// corners are, and the distance of both sides times the gradient of their weights.
+    /// A face that takes the couple of friction: whether there is one, its corners, and the
+    /// distance of both sides times the gradient of their weights.
     pub(super) turns: bool,
     pub(super) turning: [u32; 3],
     pub(super) turns_by: [R::Vec3; 3],
@@ -33,9 +31,7 @@ pub(super) struct ContactRow<R: Real> {
     /// The impulse given along the normal and across it, newton seconds.
     pub(super) push: R,
     pub(super) rub: R::Vec3,
-    /// The velocity of one side as seen from the other before the last kick, metres per second, and
-    /// the impulse that has been booked already.
-    pub(super) before: R::Vec3,
+    /// The impulse that has been booked already, newton seconds.
     pub(super) booked: R::Vec3,
 }
 
@@ -75,9 +71,8 @@ impl<R: Real> Default for ContactRow<R> {
     fn default() -> Self {
         ContactRow {
             key: 0,
-            at: [0; 4],
+            vertices: [0; 4],
             weights: [R::ZERO; 4],
-            count: 0,
             normal: R::Vec3::ZERO,
             turns: false,
             turning: [0; 3],
@@ -89,36 +84,45 @@ impl<R: Real> Default for ContactRow<R> {
             friction: R::ZERO,
             push: R::ZERO,
             rub: R::Vec3::ZERO,
-            before: R::Vec3::ZERO,
             booked: R::Vec3::ZERO,
         }
     }
 }
 
 impl<R: Real> ContactRow<R> {
-    /// A vector of one side as seen from the other.
-    #[inline(always)]
-    pub(super) fn relative(&self, column: &[R]) -> R::Vec3 {
-        self.sum(|at| vector::<R>(column, at))
+    pub(super) fn is_of_obstacle(&self) -> bool {
+        EDGES << 62 | OBSTACLE <= self.key
     }
 
-    /// The sum of a vector of each particle, by the weights, and of what the turning face adds
-    /// across the normal.
+    /// A vector of one side as seen from the other.
     #[inline(always)]
-    pub(super) fn sum(&self, of: impl Fn(usize) -> R::Vec3) -> R::Vec3 {
-        let each = self.at.iter().zip(self.weights).take(self.count);
-        let sum = each.fold(R::Vec3::ZERO, |sum, (&at, weight)| sum + of(at as usize) * weight);
+    pub(super) fn relative(&self, column: &[R::Vec3]) -> R::Vec3 {
+        let sum = self.apart(column);
         if !self.turns {
             return sum;
         }
         let each = self.turning.iter().zip(self.turns_by);
-        each.fold(sum, |sum, (&at, by)| sum + by * self.normal.dot(of(at as usize)))
+        each.fold(sum, |sum, (&at, by)| sum + by * self.normal.dot(column[at as usize]))
+    }
+
+    /// The same, but for what the turning face adds across the normal.
+    #[inline(always)]
+    fn apart(&self, column: &[R::Vec3]) -> R::Vec3 {
+        let each = self.vertices.iter().zip(self.weights);
+        each.fold(R::Vec3::ZERO, |sum, (&at, weight)| sum + column[at as usize] * weight)
     }
 
     /// The velocity of one side as seen from the other, metres per second.
     #[inline(always)]
-    pub(super) fn velocity(&self, velocities: &[R]) -> R::Vec3 {
+    pub(super) fn velocity(&self, velocities: &[R::Vec3]) -> R::Vec3 {
         self.relative(velocities) - self.carried
+    }
+
+    /// Whether its sides part, or come closer at less than a speed, metres per second.
+    #[inline(always)]
+    pub(super) fn is_open(&self, velocities: &[R::Vec3], may_close: R) -> bool {
+        let velocity = self.apart(velocities) - self.carried;
+        R::ZERO <= velocity.dot(self.normal) + may_close
     }
 
     /// Gives both sides an impulse, newton seconds; or, of a column of positions, a way of theirs
@@ -127,22 +131,25 @@ impl<R: Real> ContactRow<R> {
     /// Friction acts on both sides at the same place, half way between them or not: a face takes
     /// the couple of the two forces, which are some distance apart.
     #[inline(always)]
-    pub(super) fn give(&self, column: &mut [R], inverse_masses: &[R], impulse: R::Vec3) {
-        self.share(column, impulse, |at| inverse_masses[at]);
+    pub(super) fn give(&self, column: &mut [R::Vec3], inverse_masses: &[R], impulse: R::Vec3) {
+        let mass = |vertex: u32| inverse_masses[vertex as usize];
+        self.share(impulse, mass, |vertex, part| column[vertex as usize] += part);
     }
 
-    /// Adds a vector to both sides, by the weights and a number of each particle.
+    /// Shares a vector among both sides, by the weights and a number of each vertex.
     #[inline(always)]
-    pub(super) fn share(&self, column: &mut [R], vector: R::Vec3, by: impl Fn(usize) -> R) {
-        for (&at, weight) in self.at.iter().zip(self.weights).take(self.count) {
-            let at = at as usize;
-            add_vector::<R>(column, at, vector * (weight * by(at)));
+    pub(super) fn share(
+        &self,
+        vector: R::Vec3,
+        by: impl Fn(u32) -> R,
+        mut add: impl FnMut(u32, R::Vec3),
+    ) {
+        for (&vertex, weight) in self.vertices.iter().zip(self.weights) {
+            add(vertex, vector * (weight * by(vertex)));
         }
         if self.turns {
-            for (&at, turn) in self.turning.iter().zip(self.turns_by) {
-                let at = at as usize;
-                let part = vector.dot(turn) * by(at);
-                add_vector::<R>(column, at, self.normal * part);
+            for (&vertex, turn) in self.turning.iter().zip(self.turns_by) {
+                add(vertex, self.normal * (vector.dot(turn) * by(vertex)));
             }
         }
     }
@@ -155,7 +162,12 @@ impl<R: Real> ContactRow<R> {
     /// Corrects its impulse so that the sides do not come closer than they may at a speed, metres
     /// per second, and Coulomb's law holds.
     #[inline(always)]
-    pub(super) fn correct(&mut self, velocities: &mut [R], inverse_masses: &[R], may_close: R) {
+    pub(super) fn correct(
+        &mut self,
+        velocities: &mut [R::Vec3],
+        inverse_masses: &[R],
+        may_close: R,
+    ) {
         let velocity = self.velocity(velocities);
         let speed = velocity.dot(self.normal);
         let push = (self.push - (speed + may_close) * self.mass).max(R::ZERO);

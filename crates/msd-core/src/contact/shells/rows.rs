@@ -1,30 +1,31 @@
 //! The rows of a model, and the moments at which methods ask them.
 
 use super::find::{At, Finder};
-use super::lists::{Candidates, diagonal};
+use super::lists::Candidates;
+use super::patch::{Patch, gather, scatter};
 use super::row::{ContactRow, RowImpulse};
 use super::{Shells, sweep};
-use crate::columns::vector;
+use crate::columns::extent::Extent;
+use crate::columns::{add_vector, load, vector};
 use crate::contact::Contacts;
-use crate::number::{Real, Vector};
+use crate::number::{Real, Vector, at_level};
+use crate::pack::{Pack, zip};
 use alloc::vec::Vec;
+use fearless_simd::Simd;
 
 /// The rows of a model.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct ShellRows<R: Real> {
     rows: Vec<ContactRow<R>>,
     /// The rows of the substep before.
     last: Vec<ContactRow<R>>,
     lists: Candidates<R>,
-    /// Vertices in rows.
-    used: Vec<u32>,
-}
-
-impl<R: Real> Default for ShellRows<R> {
-    fn default() -> Self {
-        let (rows, last, used) = (Vec::new(), Vec::new(), Vec::new());
-        ShellRows { rows, last, lists: Candidates::default(), used }
-    }
+    patch: Patch<R>,
+    /// The impulses before a prediction.
+    kept: Vec<(R, R::Vec3)>,
+    /// What a search takes note of.
+    keys: Vec<u64>,
+    are_held: Vec<bool>,
 }
 
 impl<R: Real> ShellRows<R> {
@@ -72,22 +73,101 @@ impl<R: Real> ShellRows<R> {
         self.rows.extend(impulses.iter().map(row));
     }
 
-    /// Lets shells meet after a kick of `length` seconds by some forces, before a drift of `h`
-    /// seconds, and returns whether particles are so fast that some may have crossed.
+    /// Whether there are rows.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Finds the rows at a state, each with the impulse that it gave last, before a kick of
+    /// `length` seconds by some forces and a drift of h seconds at the velocities after it; returns
+    /// whether particles are so fast that some may cross.
+    pub(crate) fn find(
+        &mut self,
+        at: &At<'_, R>,
+        [positions, velocities, forces]: [&[R]; 3],
+        (length, h): (R, R),
+    ) -> bool {
+        let shells = at.shells;
+        let columns = [velocities, forces, at.inverse_masses];
+        let square = at_level!(at.level, simd => spread(simd, shells, columns, length));
+        let margin = square.sqrt() * h * R::of(SPARE);
+        core::mem::swap(&mut self.rows, &mut self.last);
+        self.rows.clear();
+        // In a run that diverges nothing is near anything.
+        if !margin.to_f64().is_finite() {
+            return true;
+        }
+        let most = R::of(MOST_MARGIN * shells.reach());
+        let is_fast = most < margin;
+        let margin = margin.min(most);
+        let are_all = self.lists.serve(at.level, shells, positions, margin);
+        if !self.lists.vertices.is_empty() {
+            self.patch.fit(shells);
+            self.read_points(at, positions);
+            let mut found = Finder::new(at, &self.patch, margin);
+            found.rows = core::mem::take(&mut self.rows);
+            found.keys = core::mem::take(&mut self.keys);
+            found.are_held = core::mem::take(&mut self.are_held);
+            found.find(&mut self.lists);
+            (self.rows, self.keys, self.are_held) = (found.rows, found.keys, found.are_held);
+            self.warm(at);
+        }
+        is_fast || !are_all
+    }
+
+    /// Reads where the vertices near others are, and their masses.
+    fn read_points(&mut self, at: &At<'_, R>, positions: &[R]) {
+        let Patch { points, inverse_masses, .. } = &mut self.patch;
+        for &vertex in &self.lists.vertices {
+            let place = at.shells.vertices[vertex as usize].at as usize;
+            points[vertex as usize] = vector::<R>(positions, place);
+            inverse_masses[vertex as usize] = at.inverse_masses[place];
+        }
+    }
+
+    /// Gives each row the impulse of that of the substep before between the same features.
+    fn warm(&mut self, at: &At<'_, R>) {
+        let finder = Finder::new(at, &self.patch, R::ZERO);
+        let mut last = self.last.iter().filter(|row| row.push != R::ZERO).peekable();
+        for row in &mut self.rows {
+            while last.next_if(|before| before.key < row.key).is_some() {}
+            if let Some(before) = last.next_if(|before| before.key == row.key) {
+                row.push = before.push;
+                row.rub = before.rub - row.normal * row.normal.dot(before.rub);
+                finder.turn(row);
+            }
+        }
+    }
+
+    /// Reads the velocities of the vertices near others, and those before a kick.
+    fn read_velocities(&mut self, at: &At<'_, R>, velocities: &[R], (forces, length): (&[R], R)) {
+        let Patch { velocities: now, before, .. } = &mut self.patch;
+        for &vertex in &self.lists.vertices {
+            let place = at.shells.vertices[vertex as usize].at as usize;
+            let velocity = vector::<R>(velocities, place);
+            let kick = vector::<R>(forces, place) * (at.inverse_masses[place] * length);
+            (now[vertex as usize], before[vertex as usize]) = (velocity, velocity - kick);
+        }
+    }
+
+    /// Lets shells meet after the kick, before the drift.
     pub(crate) fn meet(
         &mut self,
         at: &At<'_, R>,
         [positions, velocities]: [&mut [R]; 2],
         forces: &[R],
         (length, h): (R, R),
-    ) -> (Contacts, bool) {
-        let is_fast = self.find(at, [positions, velocities, &[]], h);
-        let (rows, w) = (&mut self.rows, at.inverse_masses);
-        sweep::note(rows, [velocities, forces, w], length);
-        sweep::give(rows, velocities, w);
-        sweep::sweep(rows, velocities, w, Some(h));
-        sweep::part(rows, positions, w, h);
-        (sweep::work(rows, velocities), is_fast)
+    ) -> Contacts {
+        self.read_velocities(at, velocities, (forces, length));
+        sweep::give(&self.rows, &mut self.patch.velocities, &self.patch.inverse_masses);
+        self.sweep(at, h);
+        let ShellRows { rows, lists, patch, .. } = self;
+        let vertices = (at.shells, &lists.vertices[..]);
+        scatter(vertices, &patch.velocities, velocities);
+        if sweep::part(rows, &mut patch.points, &patch.inverse_masses, h) {
+            scatter(vertices, &patch.points, positions);
+        }
+        sweep::work(rows, patch.means(&lists.vertices))
     }
 
     /// Lets the rows of the substep hold after a kick that no drift follows, where their particles
@@ -96,141 +176,127 @@ impl<R: Real> ShellRows<R> {
         &mut self,
         at: &At<'_, R>,
         (positions, velocities): (&[R], &mut [R]),
-        (forces, length): (&[R], R),
+        kick: (&[R], R),
     ) -> Contacts {
-        self.follow(at, positions);
-        let (rows, w) = (&mut self.rows, at.inverse_masses);
-        sweep::note(rows, [velocities, forces, w], length);
-        sweep::give(rows, velocities, w);
-        sweep::sweep(rows, velocities, w, None);
-        sweep::work(rows, velocities)
+        self.read_points(at, positions);
+        self.follow(at);
+        self.read_velocities(at, velocities, kick);
+        let ShellRows { rows, lists, patch, .. } = self;
+        sweep::give(rows, &mut patch.velocities, &patch.inverse_masses);
+        sweep::hold(rows, &mut patch.velocities, &patch.inverse_masses);
+        scatter((at.shells, &lists.vertices), &patch.velocities, velocities);
+        sweep::work(rows, patch.means(&lists.vertices))
     }
 
     /// Adds the impulses as forces that act for h seconds.
-    pub(crate) fn add_forces(&self, forces: &mut [R], h: R) {
-        sweep::add_forces(&self.rows, forces, R::ONE / h);
+    pub(crate) fn add_forces(&self, shells: &Shells, forces: &mut [R], h: R) {
+        let per_second = R::ONE / h;
+        for row in self.rows.iter().filter(|row| row.push != R::ZERO) {
+            row.share(
+                row.impulse() * per_second,
+                |_| R::ONE,
+                |vertex, part| {
+                    add_vector::<R>(forces, shells.vertices[vertex as usize].at as usize, part);
+                },
+            );
+        }
+    }
+
+    /// Sets the mean velocities of a substep.
+    pub(crate) fn set_means(&mut self, shells: &Shells, means: &[R]) {
+        gather((shells, &self.lists.vertices), means, &mut self.patch.velocities);
     }
 
     /// Corrects the outcome of a substep in the stages of which these forces acted, by its mean
-    /// velocities, and then its last ones.
+    /// velocities, which are set, and then its last ones.
     pub(crate) fn end(
         &mut self,
         at: &At<'_, R>,
-        [positions, velocities, means]: [&mut [R]; 3],
+        [positions, velocities]: [&mut [R]; 2],
         h: R,
     ) -> Contacts {
-        let (rows, w) = (&mut self.rows, at.inverse_masses);
-        rows.iter_mut().for_each(|row| row.booked = row.impulse());
-        sweep::sweep(rows, means, w, Some(h));
+        self.rows.iter_mut().for_each(|row| row.booked = row.impulse());
+        self.sweep(at, h);
+        let ShellRows { rows, lists, patch, .. } = self;
+        let Patch { points, velocities: now, before, inverse_masses } = patch;
+        let vertices = (at.shells, &lists.vertices[..]);
+        before.copy_from_slice(now);
+        gather(vertices, velocities, now);
+        gather(vertices, positions, points);
         for row in rows.iter_mut() {
             let change = row.impulse() - row.booked;
             if change != R::Vec3::ZERO {
-                row.give(velocities, w, change);
-                row.give(positions, w, change * h);
+                row.give(now, inverse_masses, change);
+                row.give(points, inverse_masses, change * h);
             }
-            (row.before, row.booked) = (row.velocity(means), R::Vec3::ZERO);
+            row.booked = R::Vec3::ZERO;
         }
-        let contacts = sweep::work(rows, means);
-        sweep::part(rows, positions, w, h);
-        self.follow(at, positions);
-        let rows = &mut self.rows;
-        for row in rows.iter_mut().filter(|row| row.push != R::ZERO) {
-            (row.before, row.booked) = (row.velocity(velocities), row.impulse());
-        }
-        sweep::sweep(rows, velocities, w, None);
-        contacts + sweep::work(rows, velocities)
+        let contacts = sweep::work(rows, before);
+        sweep::part(rows, points, inverse_masses, h);
+        scatter(vertices, points, positions);
+        self.follow(at);
+        let ShellRows { rows, lists, patch, .. } = self;
+        let Patch { velocities: now, before, inverse_masses, .. } = patch;
+        before.copy_from_slice(now);
+        rows.iter_mut().for_each(|row| row.booked = row.impulse());
+        sweep::hold(rows, now, inverse_masses);
+        scatter((at.shells, &lists.vertices), now, velocities);
+        contacts + sweep::work(rows, patch.means(&lists.vertices))
+    }
+
+    /// Corrects the impulses of the rows for a drift of h seconds.
+    fn sweep(&mut self, at: &At<'_, R>, h: R) {
+        let mut now = core::mem::take(&mut self.patch.velocities);
+        let finder = Finder::new(at, &self.patch, R::ZERO);
+        sweep::sweep(&mut self.rows, &mut now, &self.patch.inverse_masses, h, |row| {
+            finder.turn(row);
+        });
+        self.patch.velocities = now;
     }
 
     /// Lets the rows of the substep hold velocities that are predicted for its end; they keep their
     /// impulses.
-    pub(crate) fn hold_predicted(&mut self, velocities: &mut [R], inverse_masses: &[R]) {
-        self.last.clear();
-        self.last.extend_from_slice(&self.rows);
-        sweep::give(&self.last, velocities, inverse_masses);
-        sweep::sweep(&mut self.last, velocities, inverse_masses, None);
-    }
-
-    /// Finds the rows at a state that drifts for h seconds, each with the impulse that it gave
-    /// last, and returns whether particles are so fast that some may cross.
-    ///
-    /// Forces count where the drift is faster than the velocities by them; empty where they do not.
-    pub(crate) fn find(
-        &mut self,
-        at: &At<'_, R>,
-        [positions, velocities, forces]: [&[R]; 3],
-        h: R,
-    ) -> bool {
-        let shells = at.shells;
-        let mut margin = self.margin(shells, velocities, h);
-        if !forces.is_empty() {
-            let kick = |place: usize| vector::<R>(forces, place) * (at.inverse_masses[place] * h);
-            let kicks = shells.vertices.iter().map(|vertex| kick(vertex.at as usize));
-            margin += diagonal::<R>(kicks.chain([R::Vec3::ZERO])) * h;
+    pub(crate) fn hold_predicted(&mut self, shells: &Shells, velocities: &mut [R]) {
+        let ShellRows { rows, lists, patch, kept, .. } = self;
+        let Patch { velocities: now, inverse_masses, .. } = patch;
+        kept.clear();
+        kept.extend(rows.iter().map(|row| (row.push, row.rub)));
+        gather((shells, &lists.vertices), velocities, now);
+        sweep::give(rows, now, inverse_masses);
+        sweep::hold(rows, now, inverse_masses);
+        scatter((shells, &lists.vertices), now, velocities);
+        for (row, &kept) in rows.iter_mut().zip(&*kept) {
+            (row.push, row.rub) = kept;
         }
-        let most = R::of(MOST_MARGIN * shells.reach());
-        core::mem::swap(&mut self.rows, &mut self.last);
-        self.rows.clear();
-        // In a run that diverges nothing is near anything.
-        if !margin.to_f64().is_finite() {
-            return true;
-        }
-        let is_fast = most < margin;
-        let margin = margin.min(most);
-        let are_all = self.lists.serve(shells, positions, margin);
-        let mut found = Finder {
-            at,
-            positions,
-            margin,
-            rows: core::mem::take(&mut self.rows),
-            used: core::mem::take(&mut self.used),
-        };
-        found.used.clear();
-        self.lists.close.facing.iter().for_each(|&pair| found.face(pair));
-        self.lists.close.ending.iter().for_each(|&pair| found.end(pair));
-        self.lists.close.crossing.iter().for_each(|&pair| found.edges(pair));
-        found.rows.sort_unstable_by_key(|row| row.key);
-        found.rows.dedup_by_key(|row| row.key);
-        found.obstacles();
-        (self.rows, self.used) = (found.rows, found.used);
-        self.warm();
-        is_fast || !are_all
     }
 
     /// Lets the rows that have given an impulse follow their features to where these are now.
-    fn follow(&mut self, at: &At<'_, R>, positions: &[R]) {
-        let found = Finder {
-            at,
-            positions,
-            margin: R::LARGEST.sqrt() * R::HALF,
-            rows: Vec::new(),
-            used: Vec::new(),
-        };
-        for row in self.rows.iter_mut().filter(|row| 1 < row.count && row.push != R::ZERO) {
-            if let Some((new, _)) = found.row(row.key) {
-                *row = ContactRow { push: row.push, rub: row.rub, ..new };
-                row.rub -= row.normal * row.normal.dot(row.rub);
-            }
-        }
+    fn follow(&mut self, at: &At<'_, R>) {
+        let finder = Finder::new(at, &self.patch, R::LARGEST.sqrt() * R::HALF);
+        let acts = |row: &&mut ContactRow<R>| !row.is_of_obstacle() && row.push != R::ZERO;
+        self.rows.iter_mut().filter(acts).for_each(|row| finder.follow(row));
     }
+}
 
-    /// Gives each row the impulse of that of the substep before between the same features.
-    fn warm(&mut self) {
-        let mut last = self.last.iter().peekable();
-        for row in &mut self.rows {
-            while last.next_if(|before| before.key < row.key).is_some() {}
-            if let Some(before) = last.next_if(|before| before.key == row.key) {
-                row.push = before.push;
-                row.rub = before.rub - row.normal * row.normal.dot(before.rub);
-            }
-        }
-    }
-
-    /// How much closer two particles of shells, or one and an obstacle that stands still, can come
-    /// in h seconds, metres.
-    fn margin(&self, shells: &Shells, velocities: &[R], h: R) -> R {
-        let each = shells.vertices.iter().map(|vertex| vector::<R>(velocities, vertex.at as usize));
-        diagonal::<R>(each.chain([R::Vec3::ZERO])) * h * R::of(SPARE)
-    }
+/// The square of the diagonal of the box around all velocities after a kick of `length` seconds,
+/// and around rest: two vertices, or one and an obstacle that stands still, come closer at most
+/// that fast.
+#[inline(always)]
+fn spread<S: Simd, R: Real>(
+    simd: S,
+    shells: &Shells,
+    [velocities, forces, inverse_masses]: [&[R]; 3],
+    length: R,
+) -> R {
+    let length = Pack::<S, R>::new(simd, length);
+    let after = |at: usize, part| {
+        let masses = load(simd, &inverse_masses[at..], part);
+        let kick = zip(load(simd, &forces[at..], part), masses, |force, w| force * (w * length));
+        zip(load(simd, &velocities[at..], part), kick, |velocity, kick| velocity + kick)
+    };
+    let mut all = Extent::of(simd, &shells.records, after);
+    all.add(R::Vec3::ZERO);
+    all.diagonal()
 }
 
 /// More than the part by which particles get faster in a sweep.

@@ -10,11 +10,12 @@
 use super::Touches;
 use super::faces::{self, Facing};
 use super::law::{Closed, PairLaw};
-use crate::columns::{LANES, RECORD, load, store, vector};
+use crate::columns::extent::{Extent, Records};
+use crate::columns::{load, vector};
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::number::{Real, Vector, at_level};
-use crate::pack::{Number, Pack, zip};
+use crate::pack::zip;
 use crate::scene::touch::check_pairs;
 use alloc::vec::Vec;
 use core::convert::Infallible;
@@ -102,56 +103,6 @@ const LARGEST_SKIN: f64 = 2.0;
 const WORN: f64 = 0.6;
 /// The width of the cells in which displacements are looked at, in those of the grid.
 const WIDTH: f64 = 4.0;
-
-/// Where beads are.
-#[derive(Clone, Debug, Default)]
-struct Records {
-    /// The records full of beads, by number.
-    full: Vec<u32>,
-    /// Where the numbers of all others are in a column of vectors.
-    others: Vec<u32>,
-}
-
-impl Records {
-    fn is_empty(&self) -> bool {
-        self.full.is_empty() && self.others.is_empty()
-    }
-}
-
-/// The box around some vectors.
-#[derive(Clone, Copy, Debug)]
-struct Extent<R: Real> {
-    low: R::Vec3,
-    high: R::Vec3,
-}
-
-impl<R: Real> Default for Extent<R> {
-    fn default() -> Self {
-        let [most, least] = [R::LARGEST, -R::LARGEST].map(|x| R::Vec3::from_components([x; 3]));
-        Extent { low: most, high: least }
-    }
-}
-
-impl<R: Real> Extent<R> {
-    fn add(&mut self, vector: R::Vec3) {
-        *self = self.with(Extent { low: vector, high: vector });
-    }
-
-    fn with(self, other: Self) -> Self {
-        let (low, high) = (self.low.components(), self.high.components());
-        let (lower, higher) = (other.low.components(), other.high.components());
-        let pick = |a: [R; 3], b: [R; 3], of: fn(R, R) -> R| {
-            R::Vec3::from_components([of(a[0], b[0]), of(a[1], b[1]), of(a[2], b[2])])
-        };
-        Extent { low: pick(low, lower, R::min), high: pick(high, higher, R::max) }
-    }
-
-    /// The square of its diagonal.
-    fn diagonal(self) -> R {
-        let sides = self.high - self.low;
-        sides.dot(sides)
-    }
-}
 
 impl<R: Real> Near<R> {
     /// Discards the list: particles or laws are other ones.
@@ -305,7 +256,7 @@ impl<R: Real> Near<R> {
             column.extend_from_slice(positions);
         }
         if self.records.is_empty() {
-            self.records = records(touches);
+            self.records = Records::new(touches.beads.iter().map(|bead| bead.at));
         }
         self.find_cells(touches, positions);
         self.fill(touches, positions);
@@ -418,69 +369,17 @@ fn passes(apart: glam::DVec3, way: glam::DVec3, reach: f64) -> bool {
     nearest.dot(nearest) < reach * reach
 }
 
-/// The records with beads in them.
-fn records(touches: &Touches) -> Records {
-    let mut at: Vec<u32> = touches.beads.iter().map(|bead| bead.at).collect();
-    at.sort_unstable();
-    let mut records = Records::default();
-    for of_one in at.chunk_by(|a, b| a / RECORD as u32 == b / RECORD as u32) {
-        let number = of_one[0] / RECORD as u32;
-        if of_one.len() == LANES {
-            records.full.push(number);
-        } else {
-            records.others.extend_from_slice(of_one);
-        }
-    }
-    records
-}
-
 /// The square of the diagonal of the box around all displacements.
 #[inline(always)]
 fn wear<S: Simd, R: Real>(simd: S, records: &Records, from: &[R], to: &[R]) -> R {
-    diagonal::<S, R, true>(simd, records, from, to)
+    let way = |at: usize, part| {
+        zip(load(simd, &to[at..], part), load(simd, &from[at..], part), |a, b| a - b)
+    };
+    Extent::of(simd, records, way).diagonal()
 }
 
 /// The square of the diagonal of the box around all vectors of a column.
 #[inline(always)]
 fn spread<S: Simd, R: Real>(simd: S, records: &Records, column: &[R]) -> R {
-    diagonal::<S, R, false>(simd, records, column, column)
-}
-
-/// The square of the diagonal of the box around the vectors of a column, less those of another.
-///
-/// In registers by name: the compiler makes such bounds of arrays one number at a time.
-#[inline(always)]
-fn diagonal<S: Simd, R: Real, const LESS: bool>(
-    simd: S,
-    records: &Records,
-    from: &[R],
-    to: &[R],
-) -> R {
-    let mut extent = Extent::default();
-    for &at in &records.others {
-        let here = vector::<R>(to, at as usize);
-        extent.add(if LESS { here - vector::<R>(from, at as usize) } else { here });
-    }
-    let lanes = Pack::<S, R>::LEN;
-    for part in (0..LANES).step_by(lanes) {
-        let mut low = [Pack::<S, R>::new(simd, R::LARGEST); 3];
-        let mut high = [Pack::<S, R>::new(simd, -R::LARGEST); 3];
-        for &record in &records.full {
-            let first = record as usize * RECORD;
-            let mut here = load(simd, &to[first..], part);
-            if LESS {
-                here = zip(here, load(simd, &from[first..], part), |a, b| a - b);
-            }
-            low = zip(low, here, Number::min);
-            high = zip(high, here, Number::max);
-        }
-        let mut bounds = [[R::ZERO; RECORD]; 2];
-        store(low, &mut bounds[0], 0);
-        store(high, &mut bounds[1], 0);
-        for lane in 0..lanes {
-            let [low, high] = bounds.each_ref().map(|bounds| vector::<R>(bounds, lane));
-            extent = extent.with(Extent { low, high });
-        }
-    }
-    extent.diagonal()
+    Extent::of(simd, records, |at, part| load(simd, &column[at..], part)).diagonal()
 }
