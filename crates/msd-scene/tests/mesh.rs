@@ -204,6 +204,92 @@ fn what_is_dropped_is_counted() {
     assert_eq!(report.vertices_read, report.vertices + report.welded + report.unused);
 }
 
+/// The area of all triangles.
+fn area(mesh: &Mesh) -> f64 {
+    let of = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|corner| mesh.positions[corner as usize]);
+        (b - a).cross(c - a).length() / 2.0
+    };
+    mesh.triangles.iter().map(of).sum()
+}
+
+/// One face as an OBJ and as a PLY file.
+fn one_face(corners: &[[i32; 2]]) -> [Mesh; 2] {
+    let (mut obj, mut ply) = (String::new(), String::from("ply\nformat ascii 1.0\n"));
+    ply += &format!("element vertex {}\nproperty float x\nproperty float y\n", corners.len());
+    ply += "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    // On a slope, so that no coordinate is zero everywhere.
+    for [x, y] in corners {
+        obj += &format!("v {x} {y} {y}\n");
+        ply += &format!("{x} {y} {y}\n");
+    }
+    let numbers = |first: usize| {
+        let numbers = (0..corners.len()).map(|corner| (corner + first).to_string());
+        numbers.collect::<Vec<_>>().join(" ")
+    };
+    obj += &format!("f {}\n", numbers(1));
+    ply += &format!("{} {}\n", corners.len(), numbers(0));
+    [parse("obj", Format::Obj, obj.as_bytes()), parse("ply", Format::Ply, ply.as_bytes())]
+}
+
+#[test]
+fn concave_faces_cover_what_their_outline_encloses_and_leave_holes_open() {
+    let slope = 2f64.sqrt();
+    let dart = vec![[0, 0], [4, 1], [0, 4], [1, 1]];
+    let gamma = vec![[0, 0], [3, 0], [3, 1], [1, 1], [1, 3], [0, 3]];
+    // A square of 6 x 6 with a hole of 2 x 2, to which a slit leads.
+    let outline = [[0, 0], [6, 0], [6, 6], [0, 6], [0, 0]];
+    let hole = [[2, 2], [2, 4], [4, 4], [4, 2], [2, 2]];
+    let keyhole: Vec<[i32; 2]> = outline.into_iter().chain(hole).collect();
+    // Its first corner once more at the end, as some programs write.
+    let closed = gamma.iter().copied().chain([gamma[0]]).collect();
+    let cases = [(dart, 6.0), (gamma, 5.0), (closed, 5.0), (keyhole, 32.0)];
+    for (corners, expected) in cases {
+        for start in 0..corners.len() {
+            let mut corners = corners.clone();
+            corners.rotate_left(start);
+            for mesh in one_face(&corners) {
+                let area = area(&mesh);
+                assert!((area - expected * slope).abs() < 1e-12, "{corners:?}: {area}");
+                assert_eq!((mesh.report.crossed, mesh.report.degenerate), (0, 0), "{corners:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_concave_face_of_too_many_corners_is_refused_with_its_line() {
+    let mut comb = vec![[0, -1]];
+    comb.extend((0..=5000).flat_map(|i| [[2 * i, 9], [2 * i + 1, 0]]));
+    let text: String = comb.iter().map(|[x, y]| format!("v {x} {y} 0\n")).collect();
+    let numbers: String = (1..=comb.len()).map(|corner| format!(" {corner}")).collect();
+    let refused = mesh::parse(format!("{text}f{numbers}\n").as_bytes(), Format::Obj, "comb.obj");
+    assert_eq!(
+        refused.unwrap_err().to_string(),
+        "comb.obj: line 10004: the number of corners is 10003; it must be at most 10000 where the \
+         face is concave: cut it up"
+    );
+}
+
+#[test]
+fn a_corner_on_a_straight_side_leaves_no_crack() {
+    // A cube, two faces of which have a corner in the middle of the edge that they share.
+    let text = obj().replace("f 4 3 2 1\n", "v 0.5 0 0\nf 4 3 2 9 1\n");
+    for face in ["f 1 9 2 6 5\n", "f 9 2 6 5 1\n", "f 2 6 5 1 9\n", "f 6 5 1 9 2\n"] {
+        let mesh = parse("cube", Format::Obj, text.replace("f 1 2 6 5\n", face).as_bytes());
+        assert!(mesh.is_closed(), "{face}{}", mesh.report);
+        assert_eq!((mesh.positions.len(), area(&mesh)), (9, 6.0));
+    }
+}
+
+#[test]
+fn a_face_that_crosses_itself_is_counted() {
+    for mesh in one_face(&[[0, 0], [2, 2], [2, 0], [0, 1]]) {
+        assert_eq!(mesh.report.crossed, 1);
+        assert!(mesh.report.to_string().contains("1 faces cross themselves"), "{}", mesh.report);
+    }
+}
+
 #[test]
 fn faces_are_turned_to_agree_and_to_face_outward() {
     let expected = parse("cube.obj", Format::Obj, obj().as_bytes());

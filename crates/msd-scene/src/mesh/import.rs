@@ -77,6 +77,8 @@ pub struct MeshReport {
     pub unused: usize,
     /// Triangles in the file, polygons cut up.
     pub triangles_read: usize,
+    /// Polygons that cross themselves, for which a fan around the first corner stands.
+    pub crossed: usize,
     /// Triangles dropped because they have no area once welded.
     pub degenerate: usize,
     /// Triangles dropped because another has the same three corners.
@@ -110,6 +112,9 @@ impl core::fmt::Display for MeshReport {
             self.duplicate,
             self.turned
         )?;
+        if 0 < self.crossed {
+            writeln!(f, "{} faces cross themselves: what they cover is a guess", self.crossed)?;
+        }
         write!(
             f,
             "{} vertices, {} triangles, {} components, {closed}: {} open edges, {} edges with \
@@ -190,6 +195,7 @@ fn parse_with(
         welded: clean.welded,
         unused: clean.unused,
         triangles_read: raw.triangles.len(),
+        crossed: raw.crossed,
         degenerate: clean.degenerate,
         duplicate: clean.duplicate,
         turned: clean.turned,

@@ -2,6 +2,7 @@
 
 use crate::mesh::clean::topology::orient;
 use crate::mesh::error::MeshError;
+use crate::mesh::polygon::has_area;
 use crate::mesh::raw::{CornerUvs, Raw};
 use glam::DVec3;
 use std::collections::{BTreeMap, BTreeSet};
@@ -38,7 +39,7 @@ pub(crate) fn clean(raw: &Raw, file: &str) -> Result<Clean, MeshError> {
     let mut numbers = vec![u32::MAX; raw.positions.len()];
     for (face, corners) in raw.triangles.iter().enumerate() {
         let corners = corners.map(|corner| places[corner as usize]);
-        if !has_area(corners, &raw.positions) {
+        if !is_face(corners, &raw.positions) {
             clean.degenerate += 1;
             continue;
         }
@@ -104,15 +105,10 @@ fn places(positions: &[DVec3]) -> Vec<u32> {
     places
 }
 
-/// Whether a triangle has an area: three corners that differ and do not lie on a line, to rounding.
-fn has_area(corners: [u32; 3], positions: &[DVec3]) -> bool {
+/// Whether the corners of a triangle differ and do not lie on a line, to rounding.
+fn is_face(corners: [u32; 3], positions: &[DVec3]) -> bool {
     let [a, b, c] = corners;
-    if a == b || b == c || c == a {
-        return false;
-    }
-    let [a, b, c] = corners.map(|corner| positions[corner as usize]);
-    let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
-    1e-12 * longest < (b - a).cross(c - a).length()
+    a != b && b != c && c != a && has_area(corners.map(|corner| positions[corner as usize]))
 }
 
 /// Fits texture coordinates into the unit square if any lies outside; `None` if one is NaN.
