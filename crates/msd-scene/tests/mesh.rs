@@ -400,6 +400,78 @@ fn a_compressed_gltf_is_refused_by_the_name_of_its_compression() {
 }
 
 #[test]
+fn quantised_numbers_of_a_gltf_are_read_and_other_extensions_refused_by_name() {
+    // Corners of the cube from 0 to 2 in unsigned bytes, from -1 to 1 in normalised ones.
+    for (normalized, kind, scale) in [(false, 5121, 2.0), (true, 5120, 127.0)] {
+        let corners = cube().into_iter().flatten();
+        let positions: Vec<u8> = corners.map(|x| (x * scale) as u8).collect();
+        let indices = triangles().into_iter().flatten().flat_map(|i| (i as u16).to_le_bytes());
+        let bytes: Vec<u8> = positions.into_iter().chain(indices).collect();
+        let uri = format!(r#""uri":"data:;base64,{}","#, base64(&bytes));
+        let text = gltf_json(&uri, r#","scale":[3,3,3]"#)
+            .replace(r#""asset""#, r#""extensionsRequired":["KHR_mesh_quantization"],"asset""#)
+            .replace("5126", &format!(r#"{kind},"normalized":{normalized}"#))
+            .replace(r#""byteLength":96"#, r#""byteLength":24"#)
+            .replace(r#""byteOffset":96"#, r#""byteOffset":24"#)
+            .replace("168", "96");
+        let mesh = parse("quantised.gltf", Format::Gltf, text.as_bytes());
+        let expected = if normalized { 3.0 } else { 6.0 };
+        assert_eq!((mesh.positions.len(), mesh.is_closed()), (8, true));
+        let high = mesh.positions.iter().copied().fold(DVec3::MIN, DVec3::max);
+        assert_eq!(high, DVec3::splat(expected));
+
+        let text = text.replace("KHR_mesh_quantization", "EXT_mesh_gpu_instancing");
+        let error = mesh::parse(text.as_bytes(), Format::Gltf, "box.gltf").unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "box.gltf: it requires EXT_mesh_gpu_instancing, which msd does not read; export it \
+             without"
+        );
+    }
+}
+
+#[test]
+fn a_gltf_of_version_1_is_refused_by_its_version() {
+    let named = r#"{"asset":{"version":"1.0"},"meshes":{"box":{"primitives":[]}}}"#;
+    let bare = r#"{"meshes":{"box":{"primitives":[]}}}"#;
+    let binary = b"glTF\x01\0\0\0\x14\0\0\0\0\0\0\0\0\0\0\0";
+    for bytes in [named.as_bytes(), bare.as_bytes(), binary] {
+        let error = mesh::parse(bytes, Format::Gltf, "old").unwrap_err().to_string();
+        assert!(error.starts_with("old: it is glTF 1"), "{error}");
+        assert!(error.ends_with("it must be glTF 2.0: export it anew, or convert it"), "{error}");
+    }
+}
+
+#[test]
+fn a_byte_order_mark_hides_nothing() {
+    for (name, format, bytes) in cubes() {
+        let text = String::from_utf8(bytes).ok().filter(|text| !text.contains('\0'));
+        let Some(text) = text else { continue };
+        let mesh = parse(name, format, format!("\u{feff}{text}").as_bytes());
+        assert_eq!((mesh.positions.len(), mesh.is_closed()), (8, true), "{name}");
+    }
+    let obj = obj();
+    let from_vertex = obj.split_once("cube\nv").unwrap().1.replace("o cube", "");
+    let mesh = parse("cube", Format::Obj, format!("\u{feff}v{from_vertex}").as_bytes());
+    assert_eq!(mesh.positions.len(), 8);
+}
+
+#[test]
+fn a_binary_stl_that_begins_with_solid_may_go_on_after_its_facets() {
+    let whole = binary_stl();
+    let cube = parse("cube.stl", Format::Stl, &whole);
+    let longer = [&whole[..], b"\x01\0trail"].concat();
+    let mesh = parse("cube.stl", Format::Stl, &longer);
+    assert_eq!((&mesh.positions, &mesh.triangles), (&cube.positions, &cube.triangles));
+    // And a line break in the header.
+    let mut broken = longer;
+    broken[10] = b'\n';
+    assert_eq!(parse("cube.stl", Format::Stl, &broken).triangles, cube.triangles);
+    let error = mesh::parse(&whole[..400], Format::Stl, "cube.stl").unwrap_err().to_string();
+    assert_eq!(error, "cube.stl: the header announces 600 bytes of facets, but only 316 follow");
+}
+
+#[test]
 fn no_truncated_or_damaged_file_panics() {
     for (name, format, bytes) in cubes() {
         for end in 0..bytes.len() {

@@ -181,6 +181,12 @@ fn an_explicit_body_takes_the_distance_of_its_ends_for_rest_length() {
 fn json_says_the_same_as_toml() {
     let json = r#"{"version": 1, "bodies": [{"kind": "rope", "size": [3], "spin": [0, 1, 0]}],
                    "pins": [{"particle": 0}]}"#;
+    // Some editors put a mark of the byte order first.
+    let toml = "version = 1\n[[bodies]]\nkind = 'rope'\nsize = [3]";
+    for (format, text) in [(SceneFormat::Json, json), (SceneFormat::Toml, toml)] {
+        let marked = parse(&format!("\u{feff}{text}"), format, "s");
+        assert!(marked.is_ok(), "{:?}", marked.err());
+    }
     let json = parse(json, SceneFormat::Json, "s.json").expect("JSON").scene;
     assert_eq!(json, scene(&format!("{ROPE}spin = [0, 1, 0]\n[[pins]]\nparticle = 0\n")));
 }

@@ -3,7 +3,7 @@
 use crate::mesh::clean::topology::{components, edges, sides};
 use crate::mesh::clean::weld::clean;
 use crate::mesh::error::{MeshError, malformed};
-use crate::mesh::raw::LONGEST;
+use crate::mesh::raw::{LONGEST, without_mark};
 use crate::mesh::read::{gltf_file, obj_file, ply_file, stl_file};
 use crate::shown::shown_path;
 use glam::DVec3;
@@ -183,10 +183,10 @@ fn parse_with(
     load: &gltf_file::Loader,
 ) -> Result<Mesh, MeshError> {
     let raw = match format {
-        Format::Obj => obj_file::parse(bytes, name)?,
+        Format::Obj => obj_file::parse(without_mark(bytes), name)?,
         Format::Stl => stl_file::parse(bytes, name)?,
-        Format::Ply => ply_file::parse(bytes, name)?,
-        Format::Gltf => gltf_file::parse(bytes, name, load)?,
+        Format::Ply => ply_file::parse(without_mark(bytes), name)?,
+        Format::Gltf => gltf_file::parse(without_mark(bytes), name, load)?,
     };
     let clean = clean(&raw, name)?;
     let sides = sides(&clean.triangles);

@@ -87,6 +87,11 @@ impl Raw {
     }
 }
 
+/// A text without the byte order mark that some editors put first.
+pub(crate) fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes)
+}
+
 /// Checks one coordinate.
 pub(crate) fn check_coordinate(
     at: (&str, Row),
