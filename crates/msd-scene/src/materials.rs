@@ -82,8 +82,8 @@ const fn uniform(young: f64, poisson: f64, density: f64) -> Numbers {
 /// smallest strains: C11, C12, C22 and C33, newtons per metre. `dde.cpp`, its reader, doubles them.
 pub const ARCSIM_DENIM_STRETCHING: [f64; 4] = [205.352005, 10.234077, 1013.88629, 53.387184];
 
-/// The first column of the table "bending" of the same file, of the smallest curvatures: hinges along
-/// 1, at 45° and along 2, newton metres. Rows are directions there and columns curvatures.
+/// The first column of the table "bending" of the same file, of the smallest curvatures: hinges
+/// along 1, at 45° and along 2, newton metres. Rows are directions there and columns curvatures.
 pub const ARCSIM_DENIM_BENDING: [f64; 3] = [64.196457e-6, 73.384567e-6, 96.951576e-6];
 
 /// The denim of ARCSim, its stiffer direction, 2, taken for the warp.

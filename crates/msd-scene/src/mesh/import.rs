@@ -66,7 +66,8 @@ impl Mesh {
     }
 }
 
-/// What was read and cleaned; `vertices_read` = vertices left + `welded` + `unused`.
+/// What was read and cleaned; `vertices_read` = vertices left + `welded` + `unused`, unless closed
+/// parts that touch share vertices in the file, which are left once for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MeshReport {
     /// Vertices in the file.
@@ -85,6 +86,8 @@ pub struct MeshReport {
     pub duplicate: usize,
     /// Triangles turned over, to face outward or to agree with their neighbours.
     pub turned: usize,
+    /// Closed parts that touch another one, which are bodies of their own.
+    pub touching: usize,
     /// Vertices left.
     pub vertices: usize,
     /// Triangles left.
@@ -114,6 +117,13 @@ impl core::fmt::Display for MeshReport {
         )?;
         if 0 < self.crossed {
             writeln!(f, "{} faces cross themselves: what they cover is a guess", self.crossed)?;
+        }
+        if 0 < self.touching {
+            writeln!(
+                f,
+                "{} closed parts touch another one; each is a body of its own, not joined to it",
+                self.touching
+            )?;
         }
         write!(
             f,
@@ -182,13 +192,13 @@ fn parse_with(
     name: &str,
     load: &gltf_file::Loader,
 ) -> Result<Mesh, MeshError> {
-    let raw = match format {
+    let mut raw = match format {
         Format::Obj => obj_file::parse(without_mark(bytes), name)?,
         Format::Stl => stl_file::parse(bytes, name)?,
         Format::Ply => ply_file::parse(without_mark(bytes), name)?,
         Format::Gltf => gltf_file::parse(without_mark(bytes), name, load)?,
     };
-    let clean = clean(&raw, name)?;
+    let clean = clean(&mut raw, name)?;
     let sides = sides(&clean.triangles);
     let report = MeshReport {
         vertices_read: raw.vertices_read,
@@ -199,6 +209,7 @@ fn parse_with(
         degenerate: clean.degenerate,
         duplicate: clean.duplicate,
         turned: clean.turned,
+        touching: clean.touching,
         vertices: clean.positions.len(),
         triangles: clean.triangles.len(),
         open_edges: edges(&sides).filter(|edge| edge.len() == 1).count(),

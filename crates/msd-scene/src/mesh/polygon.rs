@@ -54,6 +54,12 @@ pub(crate) fn has_area([a, b, c]: [DVec3; 3]) -> bool {
     1e-12 * longest < (b - a).cross(c - a).length()
 }
 
+/// Whether the corners of a triangle differ and do not lie on a line, to rounding.
+pub(crate) fn is_face(corners: [u32; 3], positions: &[DVec3]) -> bool {
+    let [a, b, c] = corners;
+    a != b && b != c && c != a && has_area(corners.map(|corner| positions[corner as usize]))
+}
+
 /// The corners without the coordinate along which the polygon is flattest, counter-clockwise. Left
 /// out and not projected: the two that stay are exact.
 fn flatten(corners: &[DVec3]) -> Vec<DVec2> {

@@ -23,6 +23,8 @@ pub(crate) struct Raw {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// Texture coordinates; used only if there are as many as triangles.
     pub(crate) uvs: Vec<CornerUvs>,
+    /// The first triangle of each object or group that the file names.
+    pub(crate) starts: Vec<usize>,
     /// Vertices in the file, used or not.
     pub(crate) vertices_read: usize,
     /// Polygons that cross themselves.

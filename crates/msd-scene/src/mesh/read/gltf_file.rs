@@ -156,6 +156,7 @@ impl Reading<'_> {
             }
             let columns = node.transform().matrix().map(|column| column.map(f64::from));
             let transform = parent * DMat4::from_cols_array_2d(&columns);
+            self.raw.starts.push(self.raw.triangles.len());
             for primitive in node.mesh().iter().flat_map(|mesh| mesh.primitives()) {
                 self.add_primitive(&primitive, transform)?;
             }
