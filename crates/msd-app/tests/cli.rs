@@ -28,6 +28,15 @@ fn scenes_lists_every_built_in_scene_with_a_line() {
         assert!(listed.lines().any(|line| line.starts_with(builtin.name)), "{}", builtin.name);
     }
     assert_eq!(listed.lines().count(), msd_scene::BUILTINS.len());
+    // Names and titles are two columns, in each line.
+    for listed in [listed, quiet(msd(folder().path(), &["methods"]))] {
+        let longest = listed.lines().map(|line| line.find("  ").unwrap_or(line.len())).max();
+        let start = longest.expect("a line") + 2;
+        for line in listed.lines() {
+            let (name, title) = line.split_at(start);
+            assert!(name.ends_with("  ") && !title.starts_with(' '), "{line}");
+        }
+    }
 }
 
 #[test]

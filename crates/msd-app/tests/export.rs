@@ -187,6 +187,11 @@ mod interrupted {
 
     /// Sends Ctrl-C to a command once it writes, and waits for its end.
     fn interrupt(folder: &Path, arguments: &[&str]) -> Output {
+        send("-INT", folder, arguments)
+    }
+
+    /// Sends a signal to a command once it writes, and waits for its end.
+    fn send(signal: &str, folder: &Path, arguments: &[&str]) -> Output {
         let mut command = msd(folder, arguments);
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         let child: Child = command.spawn().expect("msd starts");
@@ -194,7 +199,7 @@ mod interrupted {
         while !begun() {
             std::thread::yield_now();
         }
-        let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+        let sent = Command::new("kill").args([signal, &child.id().to_string()]).status();
         assert!(sent.expect("kill starts").success());
         child.wait_with_output().expect("msd ends")
     }
@@ -216,6 +221,17 @@ mod interrupted {
         assert_eq!(trace.lines().count(), 2 + steps.round() as usize);
         let resumed = json(msd(folder.path(), &["run", "r.msd", "--duration", "0"]));
         assert_eq!(resumed["state_hash"], report["state_hash"]);
+    }
+
+    #[test]
+    fn a_polite_kill_ends_a_run_as_ctrl_c_does() {
+        let folder = folder();
+        let run = ["run", "chain", "--duration", "1e6", "--out", "s.csv", "--trace", "t.csv"];
+        let output = send("-TERM", folder.path(), &run);
+        let said = common::text(&output.stderr);
+        assert_eq!(output.status.code(), Some(130), "{said}");
+        assert!(said.starts_with("error: interrupted at t = "), "{said}");
+        assert_eq!(names(folder.path()), ["s.csv", "t.csv"]);
     }
 
     #[test]

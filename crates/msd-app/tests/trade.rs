@@ -151,6 +151,9 @@ fn tune_prints_the_documented_keys_and_keeps_the_wish() {
     let arguments = ["tune", "chain", "--budget", "1", "--duration", "0.2", "--json"];
     let report = parse(&done(msd(folder.path(), &arguments)));
     assert!(report["ms_per_frame"].as_f64().unwrap() <= 1.0);
+    // No error is finer than what it was measured against.
+    let number = |key: &str| report[key].as_f64().unwrap();
+    assert!(number("reference_uncertainty") <= number("verified_error"), "{report}");
 }
 
 #[test]

@@ -474,6 +474,7 @@ fn balanced(study: &mut Study) {
     };
     study.space = Some(Space {
         duration: 2.0,
+        compared: 2.0,
         points: 1000,
         spacings: vec![spacing(1, 12e-3), spacing(2, 3e-3)],
         verdict: Verdict::Known {

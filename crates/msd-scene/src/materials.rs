@@ -78,6 +78,30 @@ const fn uniform(young: f64, poisson: f64, density: f64) -> Numbers {
     Numbers::Uniform { young, poisson, density, relaxation_time: 0.0 }
 }
 
+/// The first row of the table "stretching" of ARCSim's `materials/11oz-black-denim.json`, of the
+/// smallest strains: C11, C12, C22 and C33, newtons per metre. `dde.cpp`, its reader, doubles them.
+pub const ARCSIM_DENIM_STRETCHING: [f64; 4] = [205.352005, 10.234077, 1013.88629, 53.387184];
+
+/// The first column of the table "bending" of the same file, of the smallest curvatures: hinges
+/// along 1, at 45° and along 2, newton metres. Rows are directions there and columns curvatures.
+pub const ARCSIM_DENIM_BENDING: [f64; 3] = [64.196457e-6, 73.384567e-6, 96.951576e-6];
+
+/// The denim of ARCSim, its stiffer direction, 2, taken for the warp.
+const fn denim() -> Numbers {
+    let [c11, c12, c22, c33] = ARCSIM_DENIM_STRETCHING;
+    let [across_2, across_45, across_1] = ARCSIM_DENIM_BENDING;
+    Numbers::Fabric {
+        // Moduli with free sides.
+        young_warp: 2.0 * (c22 - c12 * c12 / c11),
+        young_weft: 2.0 * (c11 - c12 * c12 / c22),
+        // Its forces are those of an energy C33 e12² per area, e12 being half of the angle.
+        shear: 2.0 * c33 / 2.0,
+        area_density: 0.324,
+        // A quarter of that of hinges: see docs/materials.md. A hinge bends what crosses it.
+        bending: [across_2 / 4.0, across_1 / 4.0, across_45 / 4.0],
+    }
+}
+
 /// The materials, soft ones first.
 pub const MATERIALS: [Named; 10] = [
     gelatine("gelatine-3%", 2010.0, 0.60 / 2010.0),
@@ -101,20 +125,13 @@ pub const MATERIALS: [Named; 10] = [
     },
     Named {
         name: "cotton-denim",
-        // Moduli with free sides: C11 − C12²/C22 and C22 − C12²/C11 of the matrix that was fitted.
-        numbers: Numbers::Fabric {
-            young_warp: 1013.886 - 10.234 * 10.234 / 205.352,
-            young_weft: 205.352 - 10.234 * 10.234 / 1013.886,
-            shear: 53.387,
-            area_density: 0.324,
-            // A quarter of the stiffness of hinges: see docs/materials.md.
-            bending: [64.196_457e-6 / 4.0, 19.824_701e-6 / 4.0, 60.943_428e-6 / 4.0],
-        },
+        numbers: denim(),
         source: "Wang, O'Brien and Ramamoorthi, ACM Trans. Graph. 30 (2011) 71: 11 oz black denim, \
                  99 % cotton",
-        remarks: "a fit to samples pulled by weights, as distributed with ARCSim, its row of \
-                  the smallest strains; the stiffer direction taken for the warp; bending by its \
-                  row of the smallest curvatures",
+        remarks: "a fit to samples pulled by weights, as ARCSim reads it: twice the first row of \
+                  its table of stretching, that of the smallest strains; the first column of its \
+                  table of bending, that of the smallest curvatures; the stiffer direction taken \
+                  for the warp",
     },
     Named {
         name: "aluminium",

@@ -324,7 +324,9 @@ fn unknown_scene(name: &str, path: &Path) -> FileError {
         return FileError::Unreadable { file: name.into(), reason: no_format() };
     }
     let names = BUILTINS.map(|builtin| builtin.name);
-    let hint = match nearest(name, names) {
+    // The name of a file without its ending is meant before that of a scene which is like it.
+    let meant = beside(path).or_else(|| nearest(name, names).map(str::to_owned));
+    let hint = match meant {
         Some(near) => format!("did you mean `{near}`?"),
         None => format!(
             "it is no file ending in .toml, .json, .msd or as a mesh does; the built-in scenes \
@@ -333,6 +335,18 @@ fn unknown_scene(name: &str, path: &Path) -> FileError {
         ),
     };
     FileError::UnknownScene { name: name.into(), hint }
+}
+
+/// The file that a path lacks only the ending of.
+fn beside(path: &Path) -> Option<String> {
+    let endings = ["toml", "json", storage::ENDING].into_iter().chain(MESH_ENDINGS);
+    let mut files = endings.map(|ending| {
+        let mut file = path.as_os_str().to_owned();
+        file.push(".");
+        file.push(ending);
+        PathBuf::from(file)
+    });
+    files.find(|file| file.is_file()).map(|file| shown_path(&file))
 }
 
 fn no_format() -> String {

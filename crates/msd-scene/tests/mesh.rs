@@ -204,6 +204,92 @@ fn what_is_dropped_is_counted() {
     assert_eq!(report.vertices_read, report.vertices + report.welded + report.unused);
 }
 
+/// The area of all triangles.
+fn area(mesh: &Mesh) -> f64 {
+    let of = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|corner| mesh.positions[corner as usize]);
+        (b - a).cross(c - a).length() / 2.0
+    };
+    mesh.triangles.iter().map(of).sum()
+}
+
+/// One face as an OBJ and as a PLY file.
+fn one_face(corners: &[[i32; 2]]) -> [Mesh; 2] {
+    let (mut obj, mut ply) = (String::new(), String::from("ply\nformat ascii 1.0\n"));
+    ply += &format!("element vertex {}\nproperty float x\nproperty float y\n", corners.len());
+    ply += "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    // On a slope, so that no coordinate is zero everywhere.
+    for [x, y] in corners {
+        obj += &format!("v {x} {y} {y}\n");
+        ply += &format!("{x} {y} {y}\n");
+    }
+    let numbers = |first: usize| {
+        let numbers = (0..corners.len()).map(|corner| (corner + first).to_string());
+        numbers.collect::<Vec<_>>().join(" ")
+    };
+    obj += &format!("f {}\n", numbers(1));
+    ply += &format!("{} {}\n", corners.len(), numbers(0));
+    [parse("obj", Format::Obj, obj.as_bytes()), parse("ply", Format::Ply, ply.as_bytes())]
+}
+
+#[test]
+fn concave_faces_cover_what_their_outline_encloses_and_leave_holes_open() {
+    let slope = 2f64.sqrt();
+    let dart = vec![[0, 0], [4, 1], [0, 4], [1, 1]];
+    let gamma = vec![[0, 0], [3, 0], [3, 1], [1, 1], [1, 3], [0, 3]];
+    // A square of 6 x 6 with a hole of 2 x 2, to which a slit leads.
+    let outline = [[0, 0], [6, 0], [6, 6], [0, 6], [0, 0]];
+    let hole = [[2, 2], [2, 4], [4, 4], [4, 2], [2, 2]];
+    let keyhole: Vec<[i32; 2]> = outline.into_iter().chain(hole).collect();
+    // Its first corner once more at the end, as some programs write.
+    let closed = gamma.iter().copied().chain([gamma[0]]).collect();
+    let cases = [(dart, 6.0), (gamma, 5.0), (closed, 5.0), (keyhole, 32.0)];
+    for (corners, expected) in cases {
+        for start in 0..corners.len() {
+            let mut corners = corners.clone();
+            corners.rotate_left(start);
+            for mesh in one_face(&corners) {
+                let area = area(&mesh);
+                assert!((area - expected * slope).abs() < 1e-12, "{corners:?}: {area}");
+                assert_eq!((mesh.report.crossed, mesh.report.degenerate), (0, 0), "{corners:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_concave_face_of_too_many_corners_is_refused_with_its_line() {
+    let mut comb = vec![[0, -1]];
+    comb.extend((0..=5000).flat_map(|i| [[2 * i, 9], [2 * i + 1, 0]]));
+    let text: String = comb.iter().map(|[x, y]| format!("v {x} {y} 0\n")).collect();
+    let numbers: String = (1..=comb.len()).map(|corner| format!(" {corner}")).collect();
+    let refused = mesh::parse(format!("{text}f{numbers}\n").as_bytes(), Format::Obj, "comb.obj");
+    assert_eq!(
+        refused.unwrap_err().to_string(),
+        "comb.obj: line 10004: the number of corners is 10003; it must be at most 10000 where the \
+         face is concave: cut it up"
+    );
+}
+
+#[test]
+fn a_corner_on_a_straight_side_leaves_no_crack() {
+    // A cube, two faces of which have a corner in the middle of the edge that they share.
+    let text = obj().replace("f 4 3 2 1\n", "v 0.5 0 0\nf 4 3 2 9 1\n");
+    for face in ["f 1 9 2 6 5\n", "f 9 2 6 5 1\n", "f 2 6 5 1 9\n", "f 6 5 1 9 2\n"] {
+        let mesh = parse("cube", Format::Obj, text.replace("f 1 2 6 5\n", face).as_bytes());
+        assert!(mesh.is_closed(), "{face}{}", mesh.report);
+        assert_eq!((mesh.positions.len(), area(&mesh)), (9, 6.0));
+    }
+}
+
+#[test]
+fn a_face_that_crosses_itself_is_counted() {
+    for mesh in one_face(&[[0, 0], [2, 2], [2, 0], [0, 1]]) {
+        assert_eq!(mesh.report.crossed, 1);
+        assert!(mesh.report.to_string().contains("1 faces cross themselves"), "{}", mesh.report);
+    }
+}
+
 #[test]
 fn faces_are_turned_to_agree_and_to_face_outward() {
     let expected = parse("cube.obj", Format::Obj, obj().as_bytes());
@@ -311,6 +397,78 @@ fn a_compressed_gltf_is_refused_by_the_name_of_its_compression() {
             assert!(error.contains("export it without compression"), "{error}");
         }
     }
+}
+
+#[test]
+fn quantised_numbers_of_a_gltf_are_read_and_other_extensions_refused_by_name() {
+    // Corners of the cube from 0 to 2 in unsigned bytes, from -1 to 1 in normalised ones.
+    for (normalized, kind, scale) in [(false, 5121, 2.0), (true, 5120, 127.0)] {
+        let corners = cube().into_iter().flatten();
+        let positions: Vec<u8> = corners.map(|x| (x * scale) as u8).collect();
+        let indices = triangles().into_iter().flatten().flat_map(|i| (i as u16).to_le_bytes());
+        let bytes: Vec<u8> = positions.into_iter().chain(indices).collect();
+        let uri = format!(r#""uri":"data:;base64,{}","#, base64(&bytes));
+        let text = gltf_json(&uri, r#","scale":[3,3,3]"#)
+            .replace(r#""asset""#, r#""extensionsRequired":["KHR_mesh_quantization"],"asset""#)
+            .replace("5126", &format!(r#"{kind},"normalized":{normalized}"#))
+            .replace(r#""byteLength":96"#, r#""byteLength":24"#)
+            .replace(r#""byteOffset":96"#, r#""byteOffset":24"#)
+            .replace("168", "96");
+        let mesh = parse("quantised.gltf", Format::Gltf, text.as_bytes());
+        let expected = if normalized { 3.0 } else { 6.0 };
+        assert_eq!((mesh.positions.len(), mesh.is_closed()), (8, true));
+        let high = mesh.positions.iter().copied().fold(DVec3::MIN, DVec3::max);
+        assert_eq!(high, DVec3::splat(expected));
+
+        let text = text.replace("KHR_mesh_quantization", "EXT_mesh_gpu_instancing");
+        let error = mesh::parse(text.as_bytes(), Format::Gltf, "box.gltf").unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "box.gltf: it requires EXT_mesh_gpu_instancing, which msd does not read; export it \
+             without"
+        );
+    }
+}
+
+#[test]
+fn a_gltf_of_version_1_is_refused_by_its_version() {
+    let named = r#"{"asset":{"version":"1.0"},"meshes":{"box":{"primitives":[]}}}"#;
+    let bare = r#"{"meshes":{"box":{"primitives":[]}}}"#;
+    let binary = b"glTF\x01\0\0\0\x14\0\0\0\0\0\0\0\0\0\0\0";
+    for bytes in [named.as_bytes(), bare.as_bytes(), binary] {
+        let error = mesh::parse(bytes, Format::Gltf, "old").unwrap_err().to_string();
+        assert!(error.starts_with("old: it is glTF 1"), "{error}");
+        assert!(error.ends_with("it must be glTF 2.0: export it anew, or convert it"), "{error}");
+    }
+}
+
+#[test]
+fn a_byte_order_mark_hides_nothing() {
+    for (name, format, bytes) in cubes() {
+        let text = String::from_utf8(bytes).ok().filter(|text| !text.contains('\0'));
+        let Some(text) = text else { continue };
+        let mesh = parse(name, format, format!("\u{feff}{text}").as_bytes());
+        assert_eq!((mesh.positions.len(), mesh.is_closed()), (8, true), "{name}");
+    }
+    let obj = obj();
+    let from_vertex = obj.split_once("cube\nv").unwrap().1.replace("o cube", "");
+    let mesh = parse("cube", Format::Obj, format!("\u{feff}v{from_vertex}").as_bytes());
+    assert_eq!(mesh.positions.len(), 8);
+}
+
+#[test]
+fn a_binary_stl_that_begins_with_solid_may_go_on_after_its_facets() {
+    let whole = binary_stl();
+    let cube = parse("cube.stl", Format::Stl, &whole);
+    let longer = [&whole[..], b"\x01\0trail"].concat();
+    let mesh = parse("cube.stl", Format::Stl, &longer);
+    assert_eq!((&mesh.positions, &mesh.triangles), (&cube.positions, &cube.triangles));
+    // And a line break in the header.
+    let mut broken = longer;
+    broken[10] = b'\n';
+    assert_eq!(parse("cube.stl", Format::Stl, &broken).triangles, cube.triangles);
+    let error = mesh::parse(&whole[..400], Format::Stl, "cube.stl").unwrap_err().to_string();
+    assert_eq!(error, "cube.stl: the header announces 600 bytes of facets, but only 316 follow");
 }
 
 #[test]

@@ -182,6 +182,79 @@ fn two_bodies_in_one_file_are_not_tied_together() {
     assert_eq!(report.loose_particles, 0);
 }
 
+/// Boxes, each with eight vertices of its own, as an OBJ file.
+fn boxes(lows: &[[f64; 3]]) -> String {
+    let mut text = String::new();
+    for (number, [x, y, z]) in lows.iter().enumerate() {
+        text += &format!("o box{number}\n");
+        for corner in 0..8 {
+            let [a, b, c] = [corner & 1, corner >> 1 & 1, corner >> 2].map(f64::from);
+            text += &format!("v {} {} {}\n", x + a, y + b, z + c);
+        }
+        let first = 8 * number + 1;
+        for quad in
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+        {
+            let [a, b, c, d] = quad.map(|corner| corner + first);
+            text += &format!("f {a} {b} {c} {d}\n");
+        }
+    }
+    text
+}
+
+#[test]
+fn closed_parts_that_touch_are_solids_of_their_own_and_counted() {
+    // On a face, on an edge, on a corner; in a row of three; and apart.
+    let cases: [(&[[f64; 3]], usize); 5] = [
+        (&[[0.0; 3], [0.0, 1.0, 0.0]], 2),
+        (&[[0.0; 3], [1.0, 1.0, 0.0]], 2),
+        (&[[0.0; 3], [1.0, 1.0, 1.0]], 2),
+        (&[[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], 3),
+        (&[[0.0; 3], [1.0, 0.0, 0.0], [5.0, 0.0, 0.0]], 2),
+    ];
+    for (lows, touching) in cases {
+        let named = boxes(lows);
+        // Objects by name, and one list of faces.
+        for text in [named.clone(), named.replace("o box", "# ")] {
+            let mesh = mesh::parse(text.as_bytes(), Format::Obj, "boxes").unwrap();
+            assert!(mesh.is_closed(), "{lows:?}: {}", mesh.report);
+            assert_eq!((mesh.report.touching, mesh.positions.len()), (touching, 8 * lows.len()));
+            assert!(mesh.report.to_string().contains("closed parts touch another one"));
+            let options = MeshOptions { size: None, ..MeshOptions::default() };
+            let (part, report) = mesh::body(&mesh, &options).unwrap();
+            assert!(report.solid && (report.volume - lows.len() as f64).abs() < 1e-12);
+            let sets = sets(&part);
+            let count = sets.iter().enumerate().filter(|&(i, &set)| i == set).count();
+            assert_eq!(count, lows.len(), "{lows:?}");
+        }
+    }
+}
+
+#[test]
+fn vertices_that_touching_parts_share_in_the_file_become_those_of_each() {
+    // Two boxes that share the four vertices of the face between them.
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n\
+                v 0 0 2\nv 1 0 2\nv 0 1 2\nv 1 1 2\n";
+    let faces = |[a, b, c, d, e, f, g, h]: [usize; 8]| {
+        format!(
+            "f {a} {c} {d} {b}\nf {e} {f} {h} {g}\nf {a} {b} {f} {e}\n\
+             f {c} {g} {h} {d}\nf {a} {e} {g} {c}\nf {b} {d} {h} {f}\n"
+        )
+    };
+    let text =
+        text.to_owned() + &faces([1, 2, 3, 4, 5, 6, 7, 8]) + &faces([5, 6, 7, 8, 9, 10, 11, 12]);
+    let mesh = mesh::parse(text.as_bytes(), Format::Obj, "boxes").unwrap();
+    assert!(mesh.is_closed() && mesh.report.touching == 2, "{}", mesh.report);
+    assert_eq!((mesh.positions.len(), mesh.report.welded, mesh.report.unused), (16, 0, 0));
+}
+
+#[test]
+fn an_open_sheet_stays_welded_to_the_box_that_it_is_on() {
+    let text = boxes(&[[0.0; 3]]) + "o ribbon\nv 0 1 0\nv 1 1 0\nv 0.5 2 0\nf 9 11 10\n";
+    let mesh = mesh::parse(text.as_bytes(), Format::Obj, "box").unwrap();
+    assert_eq!((mesh.positions.len(), mesh.report.touching), (9, 0));
+}
+
 #[test]
 fn the_teapot_is_a_shell_whose_spout_and_handle_stay_on() {
     let mesh = load("teapot.obj");

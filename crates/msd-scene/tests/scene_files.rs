@@ -7,7 +7,9 @@ use msd_core::{
 use msd_scene::domain::{DOMAINS, Domain};
 use msd_scene::mesh::{Filling, Format, MeshOptions, parse as parse_mesh};
 use msd_scene::schema::SceneFile;
-use msd_scene::{BUILTINS, Loaded, Precision, SceneFormat, open, parse, read, write};
+use msd_scene::{
+    Assignment, BUILTINS, Loaded, Precision, SceneFormat, open, open_set, parse, read, write,
+};
 use std::collections::BTreeMap;
 
 fn toml(text: &str) -> Result<Loaded, String> {
@@ -181,6 +183,12 @@ fn an_explicit_body_takes_the_distance_of_its_ends_for_rest_length() {
 fn json_says_the_same_as_toml() {
     let json = r#"{"version": 1, "bodies": [{"kind": "rope", "size": [3], "spin": [0, 1, 0]}],
                    "pins": [{"particle": 0}]}"#;
+    // Some editors put a mark of the byte order first.
+    let toml = "version = 1\n[[bodies]]\nkind = 'rope'\nsize = [3]";
+    for (format, text) in [(SceneFormat::Json, json), (SceneFormat::Toml, toml)] {
+        let marked = parse(&format!("\u{feff}{text}"), format, "s");
+        assert!(marked.is_ok(), "{:?}", marked.err());
+    }
     let json = parse(json, SceneFormat::Json, "s.json").expect("JSON").scene;
     assert_eq!(json, scene(&format!("{ROPE}spin = [0, 1, 0]\n[[pins]]\nparticle = 0\n")));
 }
@@ -389,5 +397,48 @@ fn a_camera_is_read_and_checked() {
     assert_eq!((camera.pitch_deg, camera.distance), (None, None));
     for camera in ["pitch_deg = 90", "distance = 0", "target = [1e9, 0, 0]", "yaw_deg = nan"] {
         assert!(scene(camera).is_err(), "{camera}");
+    }
+}
+
+#[test]
+fn a_key_of_another_table_is_offered_where_it_belongs() {
+    let of_body =
+        |line: &str| format!("version = 1\n[[bodies]]\nkind = 'rope'\nsize = [3]\n{line}\n");
+    for (text, offered) in [
+        (of_body("color = '#ffffff'"), "`color` in bodies[0]; did you mean `look.colour`?"),
+        (of_body("gravity = [0, 0, 0]"), "`gravity` in bodies[0]; did you mean `world.gravity`?"),
+        (of_body("radius = 1"), "`radius` in bodies[0]; did you mean `world.solids[0].radius`?"),
+        (of_body("look.mass = 1"), "`mass` in bodies[0].look; did you mean `bodies[0].mass`?"),
+        (of_body("zebra = 1"), "`zebra` in bodies[0]; the keys are kind, name, size"),
+        (of_body("[world]\nsubsteps = 3"), "`substeps` in world; did you mean `solver.substeps`?"),
+    ] {
+        let error = parse(&text, SceneFormat::Toml, "s.toml").expect_err(&text).to_string();
+        assert!(error.contains(offered), "{error}\n{offered}");
+    }
+    for (set, offered) in [
+        (
+            "gravity=[0,0,0]",
+            "--set gravity: unknown key `gravity` in the scene; did you mean `world.g",
+        ),
+        ("color=red", "did you mean `bodies[0].look.colour`?"),
+        ("integrator=rk4", "did you mean `solver.integrator`?"),
+        ("stiffness=3", "did you mean `bodies[0].stiffness`?"),
+        ("friction=3", "did you mean `world.planes[0].friction`?"),
+    ] {
+        let set = Assignment::parse(set).expect(set);
+        let error = open_set("cloth", &[set]).expect_err(offered).to_string();
+        assert!(error.contains(offered), "{error}\n{offered}");
+    }
+}
+
+#[test]
+fn a_file_is_offered_for_its_name_without_the_ending() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for file in ["bridge.toml", "jelli.json", "part.stl"] {
+        std::fs::write(folder.path().join(file), "").expect("a file");
+        let name = folder.path().join(file.split('.').next().expect("a name"));
+        let error = open(&name).expect_err(file).to_string();
+        let offered = format!("did you mean `{}`?", folder.path().join(file).display());
+        assert!(error.ends_with(&offered), "{error}");
     }
 }

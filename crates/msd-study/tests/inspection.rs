@@ -121,3 +121,27 @@ fn the_slowest_motions_come_with_their_damping_ratios() {
         assert!((slow.damping_ratio / expected - 1.0).abs() < 1e-3, "{slow:?}");
     }
 }
+
+#[test]
+fn pins_hold_a_body_that_is_inspected_and_what_is_not_known_has_a_reason() {
+    // 1 kg on a spring of 25 N/m: √25/2π.
+    let lines = "kind = 'explicit'\nparticles = [{ position = [0, 0, 0], mass = 1 }, \
+                 { position = [1, 0, 0], mass = 1 }]\n\
+                 springs = [{ ends = [0, 1], stiffness = 25 }]\n[[pins]]\nparticle = 0\n";
+    let held = only(lines);
+    is_near(held.fastest, 5.0 / std::f64::consts::TAU);
+    let [slow] = held.slowest[..] else { panic!("{:?}", held.slowest) };
+    assert!((slow.frequency * std::f64::consts::TAU - 5.0).abs() < 1e-6, "{slow:?}");
+    assert_eq!(held.slowest_unknown, None);
+    // Flat, and nothing resists bending: it is said at once.
+    let rotation = "rotation = { axis = [1, 2, 3], angle_deg = 40 }\nposition = [3, 4, 5]\n";
+    for lines in ["kind = 'cloth'\nsize = [30, 30]\n", "kind = 'rope'\nsize = [20]\n"] {
+        let limp = only(&format!("{lines}{rotation}"));
+        assert!(limp.slowest.is_empty());
+        let why = limp.slowest_unknown.expect("a reason");
+        assert!(why.contains("nothing resists motions across its springs"), "{why}");
+    }
+    let large = only("kind = 'block'\nsize = [17, 17, 17]\n");
+    let why = large.slowest_unknown.expect("a reason");
+    assert!(why.contains("more than 4000 particles"), "{why}");
+}

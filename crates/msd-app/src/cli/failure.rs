@@ -1,4 +1,4 @@
-//! Failures of a command: messages, exit codes, and what is printed where.
+//! Failures of a command: messages, exit codes, what is printed where, and tables.
 
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
@@ -92,5 +92,35 @@ pub fn say(line: &str) -> Result<(), Failure> {
             Err(Failure::input(format!("the standard output cannot be written: {error}")))
         }
         _ => Ok(()),
+    }
+}
+
+/// Lines of a table: each column is as wide as its longest text, columns in `right` flush right.
+pub fn aligned<const N: usize>(rows: &[[String; N]], right: &[usize]) -> Vec<String> {
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
+    let widths: [usize; N] = std::array::from_fn(|column| width(column).unwrap_or(0));
+    let line = |row: &[String; N]| {
+        let cells = row.iter().zip(widths).enumerate().map(|(column, (text, width))| {
+            if right.contains(&column) {
+                format!("{text:>width$}")
+            } else {
+                format!("{text:<width$}")
+            }
+        });
+        cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
+    };
+    rows.iter().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_begin_at_one_place_however_long_a_text_is() {
+        let rows =
+            [["a", "1 µs", "b"], ["trampoline", "12 ms", ""]].map(|row| row.map(String::from));
+        let lines = aligned(&rows, &[1]);
+        assert_eq!(lines, ["a            1 µs  b", "trampoline  12 ms"]);
     }
 }

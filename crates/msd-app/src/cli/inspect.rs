@@ -94,6 +94,7 @@ fn body_lines(body: &Inspection) -> Vec<String> {
         };
         lines.push(format!("  slowest motions {} Hz{damping}", frequencies.join(", ")));
     }
+    lines.extend(body.slowest_unknown.map(|why| format!("  its slowest motions {why}")));
     lines.extend(body.touch.as_ref().map(touch_line));
     lines
 }

@@ -1,7 +1,7 @@
 //! `msd scenes` and `msd methods`: what there is by name.
 
 use super::arguments::ListArguments;
-use super::failure::{Failure, say};
+use super::failure::{Failure, aligned, say};
 use msd_core::Integrator;
 use msd_scene::{BUILTINS, Builtin};
 use serde::Serialize;
@@ -30,7 +30,7 @@ struct MethodRow {
 pub fn list_scenes(arguments: &ListArguments) -> Result<(), Failure> {
     let row = |builtin: &Builtin| SceneRow { name: builtin.name, title: builtin.title };
     let rows: Vec<SceneRow> = BUILTINS.iter().map(row).collect();
-    list(arguments, &rows, |SceneRow { name, title }| format!("{name:<9} {title}"))
+    list(arguments, &rows, |row| [row.name, row.title])
 }
 
 /// Lists the methods.
@@ -43,16 +43,17 @@ pub fn list_methods(arguments: &ListArguments) -> Result<(), Failure> {
         purpose: method.purpose(),
     };
     let rows = Integrator::ALL.map(row);
-    list(arguments, &rows, |MethodRow { name, purpose, .. }| format!("{name:<17} {purpose}"))
+    list(arguments, &rows, |row| [row.name, row.purpose])
 }
 
 fn list<R: Serialize>(
     arguments: &ListArguments,
     rows: &[R],
-    line: impl Fn(&R) -> String,
+    cells: impl Fn(&R) -> [&'static str; 2],
 ) -> Result<(), Failure> {
     if arguments.json {
         return say(&serde_json::to_string_pretty(rows).map_err(Failure::input)?);
     }
-    say(&rows.iter().map(line).collect::<Vec<_>>().join("\n"))
+    let rows: Vec<_> = rows.iter().map(|row| cells(row).map(str::to_owned)).collect();
+    say(&aligned(&rows, &[]).join("\n"))
 }

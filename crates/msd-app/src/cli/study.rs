@@ -1,7 +1,7 @@
 //! `msd study`: what a scene costs at every accuracy.
 
 use super::arguments::StudyArguments;
-use super::failure::{Failure, say};
+use super::failure::{Failure, aligned, say};
 use super::places::{Places, make_folder};
 use super::run::{explain_divergence, open_draft, open_scene};
 use super::steps::{Bar, Interrupt, TerminalFollower};
@@ -128,23 +128,18 @@ fn summary(study: &Study, folder: &Path) -> String {
     )];
     lines.push(study.words.clone());
     lines.push("settings that no other beats:".into());
-    for row in study.front() {
-        let trial = &study.trials[row];
-        lines.push(format!(
-            "  {:>9} per frame  {:<36}  {}",
-            estimate(trial.cost * FRAME, "s"),
-            told(trial),
-            off(study, trial)
-        ));
-    }
+    let front: Vec<_> = study.front().into_iter().map(|row| &study.trials[row]).collect();
+    let cells = front.iter().map(|trial| {
+        let price = format!("{} per frame", estimate(trial.cost * FRAME, "s"));
+        [price, told(trial), off(study, trial)]
+    });
+    lines.extend(indented(&cells.collect::<Vec<_>>(), &[0]));
     if let Some(balance) = &study.balance {
         lines.push(format!("as it is set, with {}:", balance.choice));
-        lines.push(columns("error of", "metres", "of the size", "with", "per simulated second"));
-        lines.extend(
-            balance.rows(*size).iter().map(|[what, error, part, better, price]| {
-                columns(what, error, part, better, price)
-            }),
-        );
+        let heads = ["error of", "metres", "of the size", "with", "per simulated second"];
+        let mut rows = vec![heads.map(String::from)];
+        rows.extend(balance.rows(*size));
+        lines.extend(indented(&rows, &[1, 2]));
         lines.push(balance.advice.clone());
     }
     lines.push(study.space_line());
@@ -156,7 +151,7 @@ fn summary(study: &Study, folder: &Path) -> String {
     lines.join("\n")
 }
 
-/// A row of the table of errors.
-fn columns(what: &str, error: &str, part: &str, better: &str, price: &str) -> String {
-    format!("  {what:<9}  {error:>9}  {part:>11}  {better:<26}  {price}").trim_end().into()
+/// The lines of a table below a line that announces it.
+fn indented<const N: usize>(rows: &[[String; N]], right: &[usize]) -> Vec<String> {
+    aligned(rows, right).into_iter().map(|line| format!("  {line}")).collect()
 }

@@ -47,8 +47,9 @@ pub struct Row {
 }
 
 impl Row {
-    /// The row of a choice that was found.
-    pub fn of(found: &Found) -> Self {
+    /// The row of a choice that was found, its errors no finer than what the reference is certain
+    /// to, metres.
+    pub fn of(found: &Found, uncertainty: f64) -> Self {
         let Found { trial, predicted_error } = found;
         let Choice { integrator, fineness, precision } = trial.choice;
         let (substeps, tolerance) = match fineness {
@@ -61,8 +62,8 @@ impl Row {
             step: substeps.map(|substeps| FRAME / f64::from(substeps)),
             substeps,
             tolerance,
-            predicted_error: *predicted_error,
-            verified_error: trial.error(),
+            predicted_error: predicted_error.map(|error| error.max(uncertainty)),
+            verified_error: trial.error().max(uncertainty),
             ms_per_frame: 1e3 * trial.cost * FRAME,
         }
     }
@@ -103,8 +104,8 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
         chaotic_after: tuned.horizon,
         goal,
         met: tuned.met,
-        best: Row::of(&tuned.best),
-        runner_up: tuned.others.first().map(Row::of),
+        best: Row::of(&tuned.best, tuned.uncertainty),
+        runner_up: tuned.others.first().map(|found| Row::of(found, tuned.uncertainty)),
         reference_uncertainty: tuned.uncertainty,
         tried: tuned.tried,
         interrupted: ended.is_some(),
@@ -151,11 +152,11 @@ fn summary(name: &str, tuned: &Tuned, written: Option<&str>, asked_to_write: boo
             quantity(tuned.duration, "s"),
             best.trial.choice
         ),
-        format!("  {}", line(best)),
+        format!("  {}", line(best, tuned.uncertainty)),
     ];
     if let Some(second) = others.first() {
         lines.push(format!("second: {}", second.trial.choice));
-        lines.push(format!("  {}", line(second)));
+        lines.push(format!("  {}", line(second, tuned.uncertainty)));
     }
     lines.push(format!(
         "{} settings tried; the reference is certain to {}",
@@ -181,11 +182,16 @@ fn summary(name: &str, tuned: &Tuned, written: Option<&str>, asked_to_write: boo
     lines.join("\n")
 }
 
-fn line(found: &Found) -> String {
+/// A choice in a line, its errors no finer than what the reference is certain to, metres.
+fn line(found: &Found, uncertainty: f64) -> String {
+    let known = |error: f64| match error < uncertainty {
+        true => format!("below {}", estimate(uncertainty, "m")),
+        false => estimate(error, "m"),
+    };
     format!(
         "error {} (predicted {}), {} of processor time per frame{}",
-        estimate(found.trial.error(), "m"),
-        found.predicted_error.map_or("nothing".into(), |error| estimate(error, "m")),
+        known(found.trial.error()),
+        found.predicted_error.map_or("nothing".into(), known),
         estimate(found.trial.cost * FRAME, "s"),
         match found.trial.gained {
             0.0 => String::new(),

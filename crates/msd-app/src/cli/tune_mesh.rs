@@ -9,7 +9,7 @@ use msd_scene::schema::{BodyKey, BodyRow, Kind, LinkRow, MassRow, MaterialRow, P
 use msd_scene::{SceneFormat, plain, shown_path};
 use msd_study::choice::{Choice, FRAME};
 use msd_study::quantity::{estimate, quantity};
-use msd_study::space::{Space, SpacePlan};
+use msd_study::space::{Space, SpacePlan, Verdict};
 use msd_study::tune::{FoundSpacing, TunedSpacing, tune_spacing, with_choice};
 use serde::Serialize;
 
@@ -70,7 +70,7 @@ pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Fa
             space_error: found.map(|found| found.space_error),
             total_error: found.map(|found| found.verified),
             doubt: tuned.doubt.is_finite().then_some(tuned.doubt),
-            best: found.map(|found| Row::of(&found.tuned.best)),
+            best: found.map(|found| Row::of(&found.tuned.best, found.tuned.uncertainty)),
             space: tuned.space,
             written,
         };
@@ -98,9 +98,14 @@ fn summary(name: &str, tuned: &TunedSpacing, keys: &[String]) -> Vec<String> {
         estimate(*wanted, "m")
     );
     let Some(FoundSpacing { parts, space_error, tuned: best, verified, .. }) = found else {
-        let verdict = match doubt.is_finite() {
-            true => "no spacing that was run is certain to meet it",
-            false => "whether a spacing meets it cannot be told",
+        let verdict = match space.verdict {
+            _ if doubt.is_finite() => "no spacing that was run is certain to meet it".into(),
+            Verdict::Known { until, .. } => format!(
+                "the error of space is known for {} of {} only, and nothing says what it is after",
+                quantity(until, "s"),
+                quantity(space.duration, "s")
+            ),
+            _ => "whether a spacing meets it is not known".to_owned(),
         };
         let finest = space.spacings.iter().rev().find_map(|row| Some((row.parts, row.error?)));
         let off = finest.filter(|(parts, _)| 1 < *parts).map_or(String::new(), |(parts, error)| {
@@ -269,17 +274,18 @@ fn particle(body: Option<&BodyKey>, at: Option<[u64; 3]>, particle: Option<i64>)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use msd_study::space::{Spacing, Verdict};
+    use msd_study::space::Spacing;
 
     #[test]
     fn a_limit_that_is_known_in_part_and_an_error_too_large_are_told_apart() {
         let spacing =
             |parts, error| Spacing { parts, particles: 0, springs: 0, error, seconds: 1.0 };
-        let told = |until, wanted| {
+        let told = |until, compared, wanted| {
             let verdict =
                 Verdict::Known { error: 7.2e-3, band: 1e-3, order: 2.0, is_seen: true, until };
             let space = Space {
                 duration: 1.0,
+                compared,
                 points: 27,
                 spacings: vec![spacing(1, Some(7.2e-3)), spacing(2, Some(1.8e-3))],
                 verdict,
@@ -288,10 +294,15 @@ mod tests {
             let doubt = if until < 1.0 { f64::INFINITY } else { 1e-3 };
             summary("cube", &TunedSpacing { wanted, space, doubt, found: None }, &[]).join("\n")
         };
-        let part = told(0.4, 1e-2);
-        assert!(part.contains("whether a spacing meets it cannot be told"), "{part}");
-        assert!(part.contains("7.2 mm up to t = 0.4 s"), "{part}");
-        let large = told(1.0, 1e-4);
+        // The wish is met as far as is known, which is not all of the time.
+        for (compared, why) in [(1.0, "do not approach one motion"), (0.4, "is not certain enough")]
+        {
+            let part = told(0.4, compared, 0.5);
+            assert!(part.contains("the error of space is known for 400 ms of 1 s only"), "{part}");
+            assert!(part.contains("7.2 mm up to t = 0.4 s (after that "), "{part}");
+            assert!(part.contains(why), "{part}");
+        }
+        let large = told(1.0, 1.0, 1e-4);
         assert!(large.contains("no spacing that was run is certain to meet it"), "{large}");
         assert!(large.contains("at 1/2 of the spacing it is 1.8 mm"), "{large}");
     }

@@ -7,6 +7,7 @@ use crate::file::decode::decode;
 use crate::file::domain::Domain;
 use crate::file::look::{look, viewpoint};
 use crate::file::obstacles::{Solids, plane};
+use crate::file::schema::elsewhere::elsewhere;
 use crate::file::schema::{AirRow, GustRow, SceneFile, SolverRow, StepLength, Substeps, WorldRow};
 use crate::file::sets::NamedSets;
 use crate::file::sets::links::links;
@@ -41,7 +42,7 @@ pub(crate) fn understand(
     source: &Source<'_>,
     read_mesh: &MeshReader<'_>,
 ) -> Result<Understood, FileError> {
-    understand_rows(source, decode(source)?, read_mesh)
+    understand_rows(source, decode(source).map_err(elsewhere)?, read_mesh)
 }
 
 /// Understands rows; what is wrong with them is named by its place in their source.

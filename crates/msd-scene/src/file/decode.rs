@@ -18,6 +18,17 @@ pub fn decode<T: DeserializeOwned>(source: &Source<'_>) -> Result<T, FileError> 
     T::deserialize(&source.root).map_err(|error| error.explain(source))
 }
 
+/// The keys of a table.
+pub(crate) fn keys_of<T: DeserializeOwned>() -> &'static [&'static str] {
+    // The refusal of a key that no table has lists those that there are.
+    let nothing = Node { value: Value::Nothing, offset: None };
+    let rows = vec![(String::new(), None, nothing)];
+    match T::deserialize(&Node { value: Value::Table(rows), offset: None }) {
+        Err(Failure { reason: Reason::UnknownKey { known, .. }, .. }) => known,
+        _ => &[],
+    }
+}
+
 /// What is wrong, and the path to it, innermost step first.
 #[derive(Debug)]
 pub struct Failure {
@@ -59,7 +70,7 @@ impl Failure {
         let table = if key.is_empty() { "the scene".into() } else { tame(&key) };
         match self.reason {
             Reason::UnknownKey { key, known } => {
-                let hint = suggestion(&key, known, "the keys are");
+                let hint = suggestion(&key, known, ALL_KEYS);
                 FileError::UnknownKey { place, key: tame(&key), table, hint }
             }
             Reason::MissingKey(key) => FileError::MissingKey { place, key: key.into(), table },
@@ -70,6 +81,9 @@ impl Failure {
         }
     }
 }
+
+/// What the list of all keys of a table begins with.
+pub(crate) const ALL_KEYS: &str = "the keys are";
 
 /// The nearest of some names, or all of them.
 fn suggestion(written: &str, known: &[&'static str], all: &str) -> String {

@@ -16,6 +16,7 @@ mod air;
 mod look;
 mod sets;
 mod touch;
+pub(crate) mod elsewhere;
 
 pub use air::{AirRow, GustRow};
 pub use look::{CameraRow, Finish, LookRow};

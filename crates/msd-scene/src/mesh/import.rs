@@ -3,7 +3,7 @@
 use crate::mesh::clean::topology::{components, edges, sides};
 use crate::mesh::clean::weld::clean;
 use crate::mesh::error::{MeshError, malformed};
-use crate::mesh::raw::LONGEST;
+use crate::mesh::raw::{LONGEST, without_mark};
 use crate::mesh::read::{gltf_file, obj_file, ply_file, stl_file};
 use crate::shown::shown_path;
 use glam::DVec3;
@@ -66,7 +66,8 @@ impl Mesh {
     }
 }
 
-/// What was read and cleaned; `vertices_read` = vertices left + `welded` + `unused`.
+/// What was read and cleaned; `vertices_read` = vertices left + `welded` + `unused`, unless closed
+/// parts that touch share vertices in the file, which are left once for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MeshReport {
     /// Vertices in the file.
@@ -77,12 +78,16 @@ pub struct MeshReport {
     pub unused: usize,
     /// Triangles in the file, polygons cut up.
     pub triangles_read: usize,
+    /// Polygons that cross themselves, for which a fan around the first corner stands.
+    pub crossed: usize,
     /// Triangles dropped because they have no area once welded.
     pub degenerate: usize,
     /// Triangles dropped because another has the same three corners.
     pub duplicate: usize,
     /// Triangles turned over, to face outward or to agree with their neighbours.
     pub turned: usize,
+    /// Closed parts that touch another one, which are bodies of their own.
+    pub touching: usize,
     /// Vertices left.
     pub vertices: usize,
     /// Triangles left.
@@ -110,6 +115,16 @@ impl core::fmt::Display for MeshReport {
             self.duplicate,
             self.turned
         )?;
+        if 0 < self.crossed {
+            writeln!(f, "{} faces cross themselves: what they cover is a guess", self.crossed)?;
+        }
+        if 0 < self.touching {
+            writeln!(
+                f,
+                "{} closed parts touch another one; each is a body of its own, not joined to it",
+                self.touching
+            )?;
+        }
         write!(
             f,
             "{} vertices, {} triangles, {} components, {closed}: {} open edges, {} edges with \
@@ -177,22 +192,24 @@ fn parse_with(
     name: &str,
     load: &gltf_file::Loader,
 ) -> Result<Mesh, MeshError> {
-    let raw = match format {
-        Format::Obj => obj_file::parse(bytes, name)?,
+    let mut raw = match format {
+        Format::Obj => obj_file::parse(without_mark(bytes), name)?,
         Format::Stl => stl_file::parse(bytes, name)?,
-        Format::Ply => ply_file::parse(bytes, name)?,
-        Format::Gltf => gltf_file::parse(bytes, name, load)?,
+        Format::Ply => ply_file::parse(without_mark(bytes), name)?,
+        Format::Gltf => gltf_file::parse(without_mark(bytes), name, load)?,
     };
-    let clean = clean(&raw, name)?;
+    let clean = clean(&mut raw, name)?;
     let sides = sides(&clean.triangles);
     let report = MeshReport {
         vertices_read: raw.vertices_read,
         welded: clean.welded,
         unused: clean.unused,
         triangles_read: raw.triangles.len(),
+        crossed: raw.crossed,
         degenerate: clean.degenerate,
         duplicate: clean.duplicate,
         turned: clean.turned,
+        touching: clean.touching,
         vertices: clean.positions.len(),
         triangles: clean.triangles.len(),
         open_edges: edges(&sides).filter(|edge| edge.len() == 1).count(),

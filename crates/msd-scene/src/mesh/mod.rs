@@ -17,6 +17,7 @@
 //! ```
 
 mod error;
+mod polygon;
 mod raw;
 mod clean;
 mod read;

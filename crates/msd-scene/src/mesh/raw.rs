@@ -1,6 +1,7 @@
 //! Raw triangles: what a file holds before it is cleaned.
 
 use crate::mesh::error::{MeshError, Row, one_line};
+use crate::mesh::polygon::{MOST_CORNERS, cut};
 use glam::DVec3;
 use msd_core::MAX_PARTICLES;
 
@@ -22,15 +23,19 @@ pub(crate) struct Raw {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// Texture coordinates; used only if there are as many as triangles.
     pub(crate) uvs: Vec<CornerUvs>,
+    /// The first triangle of each object or group that the file names.
+    pub(crate) starts: Vec<usize>,
     /// Vertices in the file, used or not.
     pub(crate) vertices_read: usize,
+    /// Polygons that cross themselves.
+    pub(crate) crossed: usize,
 }
 
 impl Raw {
-    /// Cuts a polygon into a fan of triangles around its first corner and appends them.
+    /// Cuts a polygon into triangles and appends them.
     ///
     /// # Errors
-    /// Fewer than three corners, or a corner that names no vertex.
+    /// Fewer than three corners, or a corner that names no vertex; too many of one that is concave.
     pub(crate) fn add_polygon(
         &mut self,
         (file, row): (&str, Row),
@@ -54,11 +59,16 @@ impl Raw {
                 out_of_domain((file, row), "a vertex index", corner.to_string(), expected)
             })?);
         }
-        for i in 1..indices.len() - 1 {
-            self.triangles.push([indices[0], indices[i], indices[i + 1]]);
-            if let Some(uvs) = uvs {
-                self.uvs.push([uvs[0], uvs[i], uvs[i + 1]]);
-            }
+        let points: Vec<DVec3> = indices.iter().map(|&i| self.positions[i as usize]).collect();
+        let Some(cut) = cut(&points) else {
+            let expected = format!("at most {MOST_CORNERS} where the face is concave: cut it up");
+            let (quantity, value) = ("the number of corners", corners.len().to_string());
+            return Err(out_of_domain((file, row), quantity, value, expected));
+        };
+        self.crossed += usize::from(cut.crossed);
+        self.triangles.extend(cut.triangles.iter().map(|t| t.map(|corner| indices[corner])));
+        if let Some(uvs) = uvs {
+            self.uvs.extend(cut.triangles.iter().map(|t| t.map(|corner| uvs[corner])));
         }
         Ok(())
     }
@@ -77,6 +87,11 @@ impl Raw {
         }
         Ok(())
     }
+}
+
+/// A text without the byte order mark that some editors put first.
+pub(crate) fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes)
 }
 
 /// Checks one coordinate.

@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 use msd_core::glam::DVec3;
 use msd_core::stability::Mode;
 use msd_core::{
-    Bend, Body, Error, Moduli, Particle, Scene, Settings, Simulation, Spring, Touch, Volume,
+    Bend, Body, Error, Moduli, Particle, Pin, Scene, Settings, Simulation, Spring, Touch, Volume,
 };
 use serde::Serialize;
 
@@ -12,6 +12,8 @@ use serde::Serialize;
 /// take seconds.
 const SLOWEST: usize = 5;
 const MOST_SOUGHT: usize = 4000;
+/// Motions that nothing resists, beyond which slow ones are not found among them.
+const MOST_FREE: usize = 10;
 
 /// A body as if it were of a uniform material; the keys of `msd inspect --json`.
 #[derive(Clone, Debug, Serialize)]
@@ -35,11 +37,13 @@ pub struct Inspection {
     /// diagonals of that: newton metres of a sheet, newton square metres of a rope; `None` of a
     /// solid, and of what does not resist bending.
     pub bending: Option<[f64; 2]>,
-    /// Frequency of its fastest motion on its own, hertz.
+    /// Frequency of its fastest motion on its own, held by its pins, hertz.
     pub fastest: f64,
-    /// Its slowest motions on its own, as it stands, slowest first; empty where they were not
-    /// found, as in a body that has many motions that nothing resists, or is large.
+    /// Its slowest motions on its own, held by its pins, as it stands, slowest first; empty where
+    /// they are not known.
     pub slowest: Vec<Slow>,
+    /// Why the slowest motions are not known, in words; `None` where they are.
+    pub slowest_unknown: Option<&'static str>,
     /// How its particles touch each other and those of other bodies; `None` where they do not.
     pub touch: Option<Touching>,
 }
@@ -162,6 +166,10 @@ fn inspect_body(scene: &Scene, body: &Body, joints: Joints) -> Result<Inspection
         })
     });
     let bending = flat.and_then(|filled| bending(&alone, filled, frame));
+    let (slowest, slowest_unknown) = match slowest(&simulation, &alone) {
+        Ok(slowest) => (slowest, None),
+        Err(why) => (Vec::new(), Some(why)),
+    };
     Ok(Inspection {
         name: body.name.clone(),
         particles: body.particles.len(),
@@ -177,7 +185,8 @@ fn inspect_body(scene: &Scene, body: &Body, joints: Joints) -> Result<Inspection
         is_open,
         bending,
         fastest: simulation.fastest_mode().stiffness.sqrt() / TAU,
-        slowest: slowest(&simulation),
+        slowest,
+        slowest_unknown,
         touch: scene.touch_of(body).map(touching),
     })
 }
@@ -187,19 +196,44 @@ fn touching(touch: &Touch) -> Touching {
     Touching { radius, stiffness, damping, friction, triangles: touch.triangles.len() }
 }
 
-/// The slowest motions of a body that is not too large.
-fn slowest(simulation: &Simulation<f64>) -> Vec<Slow> {
-    if MOST_SOUGHT < simulation.model().particle_count() {
-        return Vec::new();
+/// The slowest motions of a body, or why they are not known.
+fn slowest(simulation: &Simulation<f64>, alone: &Scene) -> Result<Vec<Slow>, &'static str> {
+    if MOST_SOUGHT < alone.particles.len() {
+        return Err("are not sought in a body of more than 4000 particles");
+    }
+    let free = alone.particles.len() - alone.pins.len().min(alone.particles.len());
+    if MOST_FREE < free && is_limp(alone) {
+        return Err("are not sought: nothing resists motions across its springs");
+    }
+    let modes = simulation.slowest_modes(SLOWEST);
+    if modes.is_empty() {
+        return Err("were not found: nothing resists many motions, or they are too much alike");
     }
     let slow = |mode: &Mode| {
         let frequency = mode.stiffness.sqrt();
         Slow { frequency: frequency / TAU, damping_ratio: 0.5 * mode.damping / frequency }
     };
-    simulation.slowest_modes(SLOWEST).iter().map(slow).collect()
+    Ok(modes.iter().map(slow).collect())
 }
 
-/// The body without the rest of its scene.
+/// Whether all that resists are springs in one plane, or on a line, that are as long as at rest:
+/// then every particle may leave the plane, and a search among so many free motions is in vain.
+fn is_limp(alone: &Scene) -> bool {
+    let ways: Vec<DVec3> = alone.springs.iter().map(|spring| across(alone, spring)).collect();
+    let is_relaxed = alone.springs.iter().zip(&ways).all(|(spring, way)| {
+        let length = way.length();
+        (length - spring.rest_length).abs() <= 1e-9 * length
+    });
+    let first = ways.first().map_or(DVec3::X, |way| way.normalize_or_zero());
+    let beside = |way: &DVec3| first.cross(way.normalize_or_zero());
+    let normal = ways.iter().map(beside).fold(DVec3::ZERO, |most, next| {
+        if most.length_squared() < next.length_squared() { next } else { most }
+    });
+    let in_plane = |way: &DVec3| way.dot(normal).abs() <= 1e-9 * way.length();
+    alone.bends.is_empty() && alone.volumes.is_empty() && is_relaxed && ways.iter().all(in_plane)
+}
+
+/// The body without the rest of its scene, held by its pins.
 fn alone(scene: &Scene, body: &Body, Joints { bends, volumes }: Joints) -> Scene {
     let mut alone = Scene { world: scene.world, bends, volumes, ..Scene::default() };
     alone.particles = scene.particles[body.particles.clone()].to_vec();
@@ -208,6 +242,8 @@ fn alone(scene: &Scene, body: &Body, Joints { bends, volumes }: Joints) -> Scene
     let springs = scene.springs[body.springs.clone()].iter().filter(inside);
     let moved = |spring: &Spring| Spring { ends: spring.ends.map(|end| end - first), ..*spring };
     alone.springs = springs.map(moved).collect();
+    let pins = scene.pins.iter().filter(|pin| body.particles.contains(&pin.particle));
+    alone.pins = pins.map(|pin| Pin { particle: pin.particle - first, ..*pin }).collect();
     alone
 }
 

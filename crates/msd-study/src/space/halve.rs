@@ -50,7 +50,7 @@ const ROUNDING: f64 = 1e-10;
 /// The part of what a tolerance allows that a run is taken to be off at least.
 const ALLOWED: f64 = 0.01;
 /// Kept in the cache by the scene.
-const SPACE: &str = "space";
+const SPACE: &str = "space-2";
 
 /// A scene that was run at several spacings.
 pub(crate) struct Halved {
@@ -292,7 +292,8 @@ impl Halving<'_> {
         };
         let spacings = scenes.zip(&run.tracks).enumerate().map(spacing).collect();
         let (duration, points) = (reference.duration(), points.len());
-        let space = Space { duration, points, spacings, verdict, stopped: run.stopped };
+        let compared = times.last().copied().unwrap_or(0.0);
+        let space = Space { duration, compared, points, spacings, verdict, stopped: run.stopped };
         if !matches!(space.verdict, Verdict::Untold) {
             cache::put(SPACE, &scene_hash(&scene), &space);
         }

@@ -25,6 +25,8 @@ use serde::{Deserialize, Serialize};
 pub struct Space {
     /// Time simulated, seconds.
     pub duration: f64,
+    /// Time up to which runs were compared, seconds: then the reference is not certain enough.
+    pub compared: f64,
     /// Points that were compared: those that are particles at every spacing.
     pub points: usize,
     /// What was run, coarsest first: the scene as it is, then finer ones.
@@ -70,8 +72,12 @@ impl Space {
                 };
                 let until = match until < self.duration - 1e-9 {
                     true => format!(
-                        " up to t = {} s (after that finer spacings do not approach one motion)",
-                        rounded(until, 2)
+                        " up to t = {} s (after that {})",
+                        rounded(until, 2),
+                        match until < self.compared - 1e-9 {
+                            true => "finer spacings do not approach one motion",
+                            false => "the reference is not certain enough",
+                        }
                     ),
                     false => String::new(),
                 };

@@ -45,6 +45,8 @@ fn rewritten(
             Ok(file.to_string())
         }
         SceneFormat::Json => {
+            // The mark of the byte order, which some editors put first, is no part of JSON.
+            let text = text.trim_start_matches('\u{feff}');
             let mut file: serde_json::Value =
                 serde_json::from_str(text).map_err(|error| refused(error.to_string()))?;
             let solver = &mut file["solver"];

@@ -114,9 +114,19 @@ impl Chosen {
         Chosen { least: least.min(substeps), most: most.max(substeps) }
     }
 
-    fn summary(&self, step: f64) -> String {
+    /// The lengths of the shortest and the longest substep of a step.
+    fn lengths(&self, step: f64) -> String {
+        let [shortest, longest] =
+            [self.most, self.least].map(|count| quantity(step / f64::from(count), "s"));
+        format!("{shortest} to {longest}")
+    }
+
+    fn summary(&self, step: f64, last: u32) -> String {
         let Chosen { least, most } = self;
-        let range = if least == most { least.to_string() } else { format!("{least} to {most}") };
+        let range = match least == most {
+            true => least.to_string(),
+            false => format!("{least} to {most}, at the end {last},"),
+        };
         format!("substeps chosen: {range} in each {}", quantity(step, "s"))
     }
 }
@@ -373,9 +383,12 @@ impl RunReport {
             Some(stable) => format!("predicted to be stable up to {}", quantity(stable, "s")),
             None => "any step is stable".into(),
         };
-        lines.push(format!("{} steps of {} ({stable})", self.steps, quantity(self.step, "s")));
         let row = self.step * f64::from(self.substeps);
-        lines.extend(self.automatic.map(|chosen| chosen.summary(row)));
+        lines.push(match self.automatic.filter(|chosen| chosen.least < chosen.most) {
+            Some(chosen) => format!("{} steps of {} ({stable})", self.steps, chosen.lengths(row)),
+            None => format!("{} steps of {} ({stable})", self.steps, quantity(self.step, "s")),
+        });
+        lines.extend(self.automatic.map(|chosen| chosen.summary(row, self.substeps)));
         let factor = self.real_time_factor.map(|factor| {
             format!(" in {}: {} x real time", quantity(self.wall_seconds, "s"), rounded(factor, 2))
         });
@@ -392,5 +405,22 @@ impl RunReport {
         lines.push(format!("state hash {}", self.state_hash));
         lines.extend(self.replay.iter().map(Comparison::summary));
         lines.join("\n")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn automatic_substeps_have_a_least_a_most_and_a_last_number() {
+        let chosen =
+            [12, 28, 20].into_iter().fold(None, |before, now| Some(Chosen::now(before, now)));
+        let chosen = chosen.expect("some steps");
+        assert_eq!(chosen.lengths(0.0168), "600 µs to 1.4 ms");
+        let summary = "substeps chosen: 12 to 28, at the end 20, in each 16.8 ms";
+        assert_eq!(chosen.summary(0.0168, 20), summary);
+        let alike = Chosen { least: 12, most: 12 };
+        assert_eq!(alike.summary(0.0168, 12), "substeps chosen: 12 in each 16.8 ms");
     }
 }

@@ -1,7 +1,7 @@
-//! Ctrl-C: a long command ends with what it has done so far.
+//! Ctrl-C, or a polite kill: a long command ends with what it has done so far.
 
 use crate::cli::failure::INTERRUPTED;
-use signal_hook::consts::SIGINT;
+use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag::{register, register_conditional_shutdown};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,13 +11,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// Catches Ctrl-C from now on. Where that cannot be, it ends the program as ever.
+    /// Catches Ctrl-C from now on, and SIGTERM, by which `kill`, `timeout` and clusters end a
+    /// program. Where that cannot be, they end it as ever.
     pub fn catch() -> Self {
         let asked = Arc::new(AtomicBool::new(false));
-        // In this order: what is asked for the second time was asked for before.
-        let second = register_conditional_shutdown(SIGINT, INTERRUPTED.into(), Arc::clone(&asked));
-        if second.is_ok() {
-            let _ = register(SIGINT, Arc::clone(&asked));
+        for signal in [SIGINT, SIGTERM] {
+            // In this order: what is asked for the second time was asked for before.
+            let code = INTERRUPTED.into();
+            if register_conditional_shutdown(signal, code, Arc::clone(&asked)).is_ok() {
+                let _ = register(signal, Arc::clone(&asked));
+            }
         }
         Interrupt(asked)
     }

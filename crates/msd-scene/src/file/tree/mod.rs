@@ -260,7 +260,8 @@ fn toml_node(value: toml::Spanned<DeValue<'_>>) -> Node {
 }
 
 fn read_json(text: &str, name: &str) -> Result<Node, FileError> {
-    serde_json::from_str(text).map_err(|error| {
+    // Some editors put a mark of the byte order first, which is no part of JSON.
+    serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|error| {
         let message = error.to_string();
         // serde_json repeats the position at the end of its message.
         let reason = message.split(" at line ").next().unwrap_or_default();

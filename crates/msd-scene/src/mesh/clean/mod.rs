@@ -4,4 +4,5 @@ pub(crate) mod inside;
 pub(crate) mod topology;
 pub(crate) mod winding;
 pub(crate) mod interior;
+pub(crate) mod parts;
 pub(crate) mod weld;

@@ -1,7 +1,9 @@
 //! Clean triangles from raw ones: one vertex per place, one face per triangle of places.
 
+use crate::mesh::clean::parts::separate;
 use crate::mesh::clean::topology::orient;
 use crate::mesh::error::MeshError;
+use crate::mesh::polygon::is_face;
 use crate::mesh::raw::{CornerUvs, Raw};
 use glam::DVec3;
 use std::collections::{BTreeMap, BTreeSet};
@@ -20,25 +22,33 @@ pub(crate) struct Clean {
     pub(crate) degenerate: usize,
     pub(crate) duplicate: usize,
     pub(crate) turned: usize,
+    pub(crate) touching: usize,
 }
 
 /// Welds vertices, drops faces without area and faces that are there twice, numbers the vertices
-/// in order of their first use, and turns the faces outward.
+/// in order of their first use, and turns the faces outward. Closed parts that touch are not welded
+/// to each other. Corners of `raw` become those of welded vertices.
 ///
 /// # Errors
 /// A coordinate outside its domain, or no face left.
-pub(crate) fn clean(raw: &Raw, file: &str) -> Result<Clean, MeshError> {
+pub(crate) fn clean(raw: &mut Raw, file: &str) -> Result<Clean, MeshError> {
     raw.check(file)?;
     let places = places(&raw.positions);
     let distinct = places.iter().enumerate().filter(|&(i, &place)| i == place as usize).count();
     let has_uvs = raw.uvs.len() == raw.triangles.len();
-    let mut clean = Clean { welded: raw.positions.len() - distinct, ..Clean::default() };
+    let welded = raw.positions.len() - distinct;
+    for triangle in &mut raw.triangles {
+        *triangle = triangle.map(|corner| places[corner as usize]);
+    }
+    let (apart, touching) = separate(raw);
+    // A vertex that several parts use is there once for each.
+    let welded = welded.saturating_sub(apart);
+    let mut clean = Clean { welded, touching, ..Clean::default() };
     let mut uvs = Vec::new();
     let mut seen = BTreeSet::new();
     let mut numbers = vec![u32::MAX; raw.positions.len()];
-    for (face, corners) in raw.triangles.iter().enumerate() {
-        let corners = corners.map(|corner| places[corner as usize]);
-        if !has_area(corners, &raw.positions) {
+    for (face, &corners) in raw.triangles.iter().enumerate() {
+        if !is_face(corners, &raw.positions) {
             clean.degenerate += 1;
             continue;
         }
@@ -63,7 +73,7 @@ pub(crate) fn clean(raw: &Raw, file: &str) -> Result<Clean, MeshError> {
     if clean.triangles.is_empty() {
         return Err(MeshError::Empty { file: file.into(), faces: raw.triangles.len() });
     }
-    clean.unused = raw.vertices_read - clean.welded - clean.positions.len();
+    clean.unused = (raw.vertices_read - clean.welded).saturating_sub(clean.positions.len());
     let turned = orient(&clean.positions, &mut clean.triangles);
     for (uvs, _) in uvs.iter_mut().zip(&turned).filter(|(_, turned)| **turned) {
         uvs.swap(1, 2);
@@ -102,17 +112,6 @@ fn places(positions: &[DVec3]) -> Vec<u32> {
         places.push(near.unwrap_or(vertex as u32));
     }
     places
-}
-
-/// Whether a triangle has an area: three corners that differ and do not lie on a line, to rounding.
-fn has_area(corners: [u32; 3], positions: &[DVec3]) -> bool {
-    let [a, b, c] = corners;
-    if a == b || b == c || c == a {
-        return false;
-    }
-    let [a, b, c] = corners.map(|corner| positions[corner as usize]);
-    let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
-    1e-12 * longest < (b - a).cross(c - a).length()
 }
 
 /// Fits texture coordinates into the unit square if any lies outside; `None` if one is NaN.

@@ -1,6 +1,6 @@
 //! glTF files, text or binary: their structure by `gltf`, their numbers here.
 
-use crate::mesh::error::{MeshError, Row, malformed};
+use crate::mesh::error::{MeshError, Row, malformed, one_line};
 use crate::mesh::raw::{CornerUvs, LONGEST, Raw, check_count, out_of_domain};
 use glam::{DMat4, DVec3};
 use gltf::accessor::{Accessor, DataType, Dimensions};
@@ -50,7 +50,54 @@ pub(crate) fn parse(bytes: &[u8], file: &str, load: &Loader) -> Result<Raw, Mesh
 }
 
 /// Extensions by which the numbers of meshes are compressed.
-const COMPRESSED: [&str; 2] = ["KHR_draco_mesh_compression", "EXT_meshopt_compression"];
+const COMPRESSED: [&str; 3] =
+    ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"];
+
+/// Beginnings of the names of extensions that are read, or that leave shapes alone.
+const HARMLESS: [&str; 4] =
+    ["KHR_mesh_quantization", "KHR_materials_", "KHR_lights_", "KHR_texture_transform"];
+
+/// Refuses files of another version: their structure is another, and the reader would name what
+/// it misses first.
+fn check_version(bytes: &[u8], file: &str) -> Result<(), MeshError> {
+    #[derive(serde::Deserialize)]
+    struct Head {
+        #[serde(default)]
+        asset: serde_json::Value,
+        #[serde(default)]
+        meshes: serde_json::Value,
+    }
+    let version = match bytes.strip_prefix(b"glTF") {
+        Some(rest) => rest.first().map(u8::to_string),
+        None => serde_json::from_slice(bytes).ok().and_then(|Head { asset, meshes }| {
+            let version = asset["version"].as_str().map(str::to_owned);
+            // Meshes in a table, by name, are those of version 1.
+            version.or_else(|| meshes.is_object().then(|| "1.0".into()))
+        }),
+    };
+    let is_older = version.filter(|version| !version.starts_with('2'));
+    is_older.map_or(Ok(()), |version| {
+        let reason = format!(
+            "it is glTF {}; it must be glTF 2.0: export it anew, or convert it",
+            one_line(&version)
+        );
+        Err(malformed(file, reason))
+    })
+}
+
+/// Refuses what a file cannot be read without, by name and with the way out.
+fn check_extensions(required: &[String], file: &str) -> Result<(), MeshError> {
+    let Some(name) = required.first() else { return Ok(()) };
+    let compressed = required.iter().find(|name| COMPRESSED.contains(&name.as_str()));
+    let reason = match compressed {
+        Some(name) => format!(
+            "its meshes are compressed ({name}), which msd does not read; export it without \
+             compression"
+        ),
+        None => format!("it requires {name}, which msd does not read; export it without"),
+    };
+    Err(malformed(file, reason))
+}
 
 /// The valid structure of a file, and the binary chunk that comes with it.
 fn read_structure(
@@ -62,20 +109,14 @@ fn read_structure(
     if bytes.starts_with(b"glTF") && total.is_none_or(|total| total < 12) {
         return Err(malformed(file, "the binary header is cut short"));
     }
+    check_version(bytes, file)?;
     let invalid = |error: gltf::Error| malformed(file, error.to_string());
     let gltf::Gltf { document, blob } =
         gltf::Gltf::from_slice_without_validation(bytes).map_err(invalid)?;
-    let root = document.as_json();
+    let mut root = document.into_json();
+    root.extensions_required.retain(|name| !HARMLESS.iter().any(|start| name.starts_with(start)));
     // First: what follows would say that the numbers are missing, not why.
-    let compressed =
-        COMPRESSED.iter().find(|name| root.extensions_required.iter().any(|own| own == *name));
-    if let Some(name) = compressed {
-        let reason = format!(
-            "its meshes are compressed ({name}), which msd does not read; export it without \
-             compression"
-        );
-        return Err(malformed(file, reason));
-    }
+    check_extensions(&root.extensions_required, file)?;
     // `gltf` looks at the accessor of the positions before it checks that there is one.
     let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     for accessor in primitives.flat_map(|primitive| primitive.attributes.values()) {
@@ -85,7 +126,7 @@ fn read_structure(
             return Err(malformed(file, reason));
         }
     }
-    let document = gltf::Document::from_json(document.into_json()).map_err(invalid)?;
+    let document = gltf::Document::from_json(root).map_err(invalid)?;
     Ok((document, blob))
 }
 
@@ -115,6 +156,7 @@ impl Reading<'_> {
             }
             let columns = node.transform().matrix().map(|column| column.map(f64::from));
             let transform = parent * DMat4::from_cols_array_2d(&columns);
+            self.raw.starts.push(self.raw.triangles.len());
             for primitive in node.mesh().iter().flat_map(|mesh| mesh.primitives()) {
                 self.add_primitive(&primitive, transform)?;
             }
@@ -225,7 +267,9 @@ impl Reading<'_> {
             let parts = bytes[start..start + size].chunks_exact(kind.size());
             let mut numbers = [0.0; 3];
             for (slot, part) in numbers.iter_mut().zip(parts) {
-                *slot = scale * number(kind, part);
+                // The lowest integer is one beyond −1.
+                let value = scale * number(kind, part);
+                *slot = if accessor.normalized() { value.max(-1.0) } else { value };
             }
             numbers
         };

@@ -27,7 +27,8 @@ pub(crate) fn parse(bytes: &[u8], file: &str) -> Result<Raw, MeshError> {
             Some("v") => rows.add_vertex(at, words)?,
             Some("vt") => rows.add_texture_vertex(at, words)?,
             Some("f") => rows.add_face(at, words)?,
-            // Groups, materials, normals, lines and points hold no body together.
+            Some("o" | "g") => rows.raw.starts.push(rows.raw.triangles.len()),
+            // Materials, normals, lines and points hold no body together.
             _ => {}
         }
         joined.clear();

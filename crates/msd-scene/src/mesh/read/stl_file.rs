@@ -1,7 +1,8 @@
-//! STL files, text or binary, by `stl_io`, once their lengths are known to be true.
+//! STL files: texts by `stl_io`, binary ones by hand, as `stl_io` takes for a text what begins with
+//! "solid".
 
 use crate::mesh::error::{MeshError, Row, malformed, malformed_row};
-use crate::mesh::raw::{Raw, check_count};
+use crate::mesh::raw::{Raw, check_count, without_mark};
 use glam::DVec3;
 use std::io::Cursor;
 
@@ -12,17 +13,18 @@ const FACET: usize = 50;
 pub(crate) fn parse(bytes: &[u8], file: &str) -> Result<Raw, MeshError> {
     if is_binary(bytes) {
         check_length(bytes, file)?;
-        read_facets(bytes, file)
+        Ok(read_binary(bytes))
     } else {
-        read_facets(plain_text(bytes, file)?.as_bytes(), file)
+        read_text(plain_text(without_mark(bytes), file)?.as_bytes(), file)
     }
 }
 
-/// Whether a file is binary: some binary headers start with "solid" too, so the length decides.
+/// Whether a file is binary. Some binary headers start with "solid" too, and some files go on after
+/// the last facet; but no text has a zero, and the number of facets has one: its highest byte.
 fn is_binary(bytes: &[u8]) -> bool {
-    let starts_as_text =
-        bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    !starts_as_text || announced(bytes).is_some_and(|length| length == bytes.len() as u128)
+    let word = without_mark(bytes).trim_ascii_start().get(..5);
+    let starts_as_text = word.is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    !starts_as_text || bytes.get(..HEADER).is_some_and(|header| header.contains(&0))
 }
 
 /// The length that a binary header announces, bytes.
@@ -70,7 +72,19 @@ fn plain_text(bytes: &[u8], file: &str) -> Result<String, MeshError> {
     Ok(plain)
 }
 
-fn read_facets(bytes: &[u8], file: &str) -> Result<Raw, MeshError> {
+fn read_binary(bytes: &[u8]) -> Raw {
+    let number = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+    let count = announced(bytes).map_or(0, |end| (end as usize - HEADER) / FACET);
+    let mut raw = Raw::default();
+    for facet in bytes[HEADER..].chunks_exact(FACET).take(count) {
+        // After the normal, which is that of the corners.
+        let corners = facet[12..48].chunks_exact(12);
+        raw.add_facet(corners.map(|at| [0, 4, 8].map(|i| number(&at[i..i + 4]))));
+    }
+    raw
+}
+
+fn read_text(bytes: &[u8], file: &str) -> Result<Raw, MeshError> {
     let mut cursor = Cursor::new(bytes);
     let facets = stl_io::create_stl_reader(&mut cursor)
         .map_err(|error| malformed(file, error.to_string()))?;
@@ -78,11 +92,17 @@ fn read_facets(bytes: &[u8], file: &str) -> Result<Raw, MeshError> {
     for (row, facet) in facets.enumerate() {
         let row = Row { item: "facet", row };
         let facet = facet.map_err(|error| malformed_row(file, row, error.to_string()))?;
-        let first = raw.positions.len() as u32;
-        let vertices = facet.vertices.iter();
-        raw.positions.extend(vertices.map(|vertex| DVec3::from_array(vertex.0.map(f64::from))));
-        raw.triangles.push([first, first + 1, first + 2]);
+        raw.add_facet(facet.vertices.iter().map(|vertex| vertex.0));
     }
-    raw.vertices_read = raw.positions.len();
     Ok(raw)
+}
+
+impl Raw {
+    /// Appends a triangle with three vertices of its own.
+    fn add_facet(&mut self, corners: impl Iterator<Item = [f32; 3]>) {
+        let first = self.positions.len() as u32;
+        self.positions.extend(corners.map(|corner| DVec3::from_array(corner.map(f64::from))));
+        self.triangles.push([first, first + 1, first + 2]);
+        self.vertices_read = self.positions.len();
+    }
 }
