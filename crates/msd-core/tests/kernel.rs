@@ -199,7 +199,8 @@ proptest! {
 
     #[test]
     fn steps_in_a_groove_have_the_same_bits_by_all_instructions(mut scene in scenes()) {
-        for (x, friction) in [(1.0, Friction::Coulomb(0.3)), (-1.0, Friction::TangentialLoss(0.1))] {
+        let walls = [(1.0, Friction::Coulomb(0.3)), (-1.0, Friction::TangentialLoss(0.1))];
+        for (x, friction) in walls {
             let normal = DVec3::new(x, 1.0, 0.0);
             scene.planes.push(Plane { normal, offset: 2.0 * x, restitution: 0.5, friction });
         }

@@ -8,9 +8,9 @@
 //!
 //! A step in which particles that touch may pass through each other, or in a substep of which one
 //! goes a tenth of a radian round a solid that it meets, or such a solid moves by more than half of
-//! its thickness, is taken again with twice as many, and these stay until the next renewal. So is one
-//! in which energy appears that nothing supplied: a body that is pressed flat is stiffer than at the
-//! last prediction.
+//! its thickness, is taken again with twice as many, and these stay until the next renewal. So is
+//! one in which energy appears that nothing supplied: a body that is pressed flat is stiffer than
+//! at the last prediction.
 
 use Automatic::{Begun, Chosen, Due, Wanted};
 use msd_core::stability::{Estimator, Mode};

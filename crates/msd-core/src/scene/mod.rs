@@ -71,8 +71,8 @@ pub struct Spring {
 /// w3 (x3 − x0) and m = e × f/|e|, triangles that keep their shape have s = L sin φ n and
 /// m = L cos φ n, φ being half of the angle between them and n their normal, and t = tan φ0 is that
 /// at rest. So it stores k L² sin²(φ − φ0)/2, which does not jump where the triangles are folded
-/// onto each other and through: it is most at half a turn from rest. Its damper acts against changes
-/// of φ, of which there are none where it turns as a whole.
+/// onto each other and through: it is most at half a turn from rest. Its damper acts against
+/// changes of φ, of which there are none where it turns as a whole.
 ///
 /// Source of the quadratic energy: Bergou, Wardetzky, Harmon, Zorin and Grinspun, 2006.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,8 +83,8 @@ pub struct Bend {
     /// The weight of each; they add up to 0. A particle of weight 0 takes no part in a bend that is
     /// straight at rest.
     pub weights: [f64; 4],
-    /// Tangent t of half the angle between the triangles at rest, no unit, of the sign of s·n; 0 for
-    /// one that is straight at rest. Others need four different particles.
+    /// Tangent t of half the angle between the triangles at rest, no unit, of the sign of s·n; 0
+    /// for one that is straight at rest. Others need four different particles.
     pub rest: f64,
     /// Stiffness k, newtons per metre; not negative.
     pub stiffness: f64,
@@ -116,8 +116,8 @@ impl Bend {
     /// of the bending stiffness B, newton metres, without damping.
     ///
     /// With l the length of the edge, h2 and h3 the heights above it and θ the angle between the
-    /// triangles, 0 where they are in a plane, L is 2 h, h = 2 h2 h3/(h2 + h3), and φ is θ/2. A small
-    /// change of θ stores B l² (θ − θ0)²/(2 A), where A is the area of both: equilateral
+    /// triangles, 0 where they are in a plane, L is 2 h, h = 2 h2 h3/(h2 + h3), and φ is θ/2. A
+    /// small change of θ stores B l² (θ − θ0)²/(2 A), where A is the area of both: equilateral
     /// triangles bend as a plate, others do not, see `docs/materials.md`.
     ///
     /// `None` where a triangle has no area.
