@@ -21,8 +21,8 @@ const RISE: f64 = 0.25;
 
 impl<R: Real> Simulation<R> {
     /// Whether the step since the last good state has raised the energy by so much that it must
-    /// have been too long. Not asked where something else may supply energy, nor of methods that have no
-    /// limit or always add some.
+    /// have been too long. Not asked where something else may supply energy, nor of methods that
+    /// have no limit or always add some.
     pub(super) fn has_risen(&self, done: &Done) -> bool {
         use Integrator::{Rk4, SymplecticEuler, VelocityVerlet};
         let is_limited = matches!(self.settings.integrator, SymplecticEuler | VelocityVerlet | Rk4);
@@ -43,6 +43,6 @@ impl<R: Real> Simulation<R> {
         };
         let rise = sum(&after.0) - sum(&before.0) - done.given - before.1 - after.1;
         let moving = after.0.kinetic + after.0.elastic.abs();
-        !(rise <= RISE * moving)
+        rise.is_nan() || RISE * moving < rise
     }
 }
