@@ -79,7 +79,7 @@ const fn uniform(young: f64, poisson: f64, density: f64) -> Numbers {
 }
 
 /// The first row of the table "stretching" of ARCSim's `materials/11oz-black-denim.json`, of the
-/// smallest strains: C11, C12, C22 and C33, newtons per metre. `dde.cpp`, its reader, doubles them.
+/// smallest strains: C11, C12, C22 and C33, newtons per metre.
 pub const ARCSIM_DENIM_STRETCHING: [f64; 4] = [205.352005, 10.234077, 1013.88629, 53.387184];
 
 /// The first column of the table "bending" of the same file, of the smallest curvatures: hinges
@@ -92,10 +92,10 @@ const fn denim() -> Numbers {
     let [across_2, across_45, across_1] = ARCSIM_DENIM_BENDING;
     Numbers::Fabric {
         // Moduli with free sides.
-        young_warp: 2.0 * (c22 - c12 * c12 / c11),
-        young_weft: 2.0 * (c11 - c12 * c12 / c22),
+        young_warp: c22 - c12 * c12 / c11,
+        young_weft: c11 - c12 * c12 / c22,
         // Its forces are those of an energy C33 e12² per area, e12 being half of the angle.
-        shear: 2.0 * c33 / 2.0,
+        shear: c33 / 2.0,
         area_density: 0.324,
         // A quarter of that of hinges: see docs/materials.md. A hinge bends what crosses it.
         bending: [across_2 / 4.0, across_1 / 4.0, across_45 / 4.0],
@@ -128,7 +128,7 @@ pub const MATERIALS: [Named; 10] = [
         numbers: denim(),
         source: "Wang, O'Brien and Ramamoorthi, ACM Trans. Graph. 30 (2011) 71: 11 oz black denim, \
                  99 % cotton",
-        remarks: "a fit to samples pulled by weights, as ARCSim reads it: twice the first row of \
+        remarks: "a fit to samples pulled by weights, as distributed with ARCSim: the first row of \
                   its table of stretching, that of the smallest strains; the first column of its \
                   table of bending, that of the smallest curvatures; the stiffer direction taken \
                   for the warp",

@@ -156,10 +156,10 @@ fn row(material: &Named) -> String {
     format!("| `{}` | {numbers} | {} | {} |\n", material.name, material.source, material.remarks)
 }
 
-/// The energy of a deformed square metre by the forces of ARCSim's `physics.cpp`, J: the numbers of
-/// the table are doubled by the reader, and e12 is half of the angle of shear.
+/// The energy of a deformed square metre by the form of the forces of ARCSim's `physics.cpp`, J: e12
+/// is half of the angle of shear.
 fn arcsim_stretching(e11: f64, e22: f64, angle: f64) -> f64 {
-    let [c11, c12, c22, c33] = ARCSIM_DENIM_STRETCHING.map(|number| 2.0 * number);
+    let [c11, c12, c22, c33] = ARCSIM_DENIM_STRETCHING;
     let e12 = angle / 2.0;
     0.5 * (c11 * e11 * e11 + c22 * e22 * e22) + c12 * e11 * e22 + c33 * e12 * e12
 }
@@ -181,7 +181,7 @@ fn arcsim_bending(along_axis: f64) -> f64 {
 }
 
 #[test]
-fn denim_is_that_of_arcsim_as_its_code_reads_its_tables() {
+fn denim_is_that_of_the_tables_of_arcsim() {
     let Some(Named {
         numbers: Numbers::Fabric { young_warp, young_weft, shear, bending, .. }, ..
     }) = named("cotton-denim")
