@@ -156,8 +156,8 @@ fn row(material: &Named) -> String {
     format!("| `{}` | {numbers} | {} | {} |\n", material.name, material.source, material.remarks)
 }
 
-/// The energy of a deformed square metre by the form of the forces of ARCSim's `physics.cpp`, J: e12
-/// is half of the angle of shear.
+/// The energy of a deformed square metre by the form of the forces of ARCSim's `physics.cpp`, J:
+/// e12 is half of the angle of shear.
 fn arcsim_stretching(e11: f64, e22: f64, angle: f64) -> f64 {
     let [c11, c12, c22, c33] = ARCSIM_DENIM_STRETCHING;
     let e12 = angle / 2.0;
