@@ -130,7 +130,7 @@ fn a_step_in_which_energy_appears_is_taken_again_with_more_substeps() {
     let (few, before) = (substeps(&run), whole(&run));
     step(&mut run, 119);
     assert!(few < substeps(&run), "{few} substeps as before");
-    // A step may add a quarter of what moves, of which there was about half of all.
+    // A step may add a tenth of what moves.
     let off = whole(&run) - before;
     assert!(off.abs() < 0.5 * before, "{off} of {before} J");
     // At as few it blew up.

@@ -156,7 +156,7 @@ impl<R: Real> Simulation<R> {
     /// Advances by one step unless particles may pass through each other in it, see
     /// [`Ledger::passes`], or in a substep a surface turns by more than a tenth of a radian on the
     /// way of one that meets it, or moves by half of its thickness, or energy appears that nothing
-    /// supplied, a quarter of what moves; returns whether it did. If not, all is as it was before.
+    /// supplied, a tenth of what moves; returns whether it did. If not, all is as it was before.
     ///
     /// # Errors
     /// See [`Simulation::step`].

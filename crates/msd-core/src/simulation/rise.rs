@@ -12,12 +12,12 @@ use crate::number::Real;
 
 /// By how much the kinetic energy grows in a step at least, as a part of it, before the rest of the
 /// energy is looked at: most steps pay for two sums over the particles.
-const GROWTH: f64 = 0.1;
+const GROWTH: f64 = 0.05;
 /// The rise of the energy in a step, as a part of what is in motion after it, that is too much.
 ///
 /// The energy of a mode at 0.9 of the limit comes and goes by a factor of five, but little of what
 /// moves is in such modes.
-const RISE: f64 = 0.25;
+const RISE: f64 = 0.1;
 
 impl<R: Real> Simulation<R> {
     /// Whether the step since the last good state has raised the energy by so much that it must

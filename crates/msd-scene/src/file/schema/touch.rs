@@ -27,7 +27,7 @@ pub struct TouchRow {
     /// Whether its surface touches by its triangles, not by its particles alone. Default false.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub triangles: Option<bool>,
-    /// Whether the body touches itself. Default true.
+    /// Whether the body touches itself. Default true, but of a closed surface with a thickness.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub itself: Option<bool>,
     /// Whether obstacles meet its particles with their radius too, not as points. Default false.

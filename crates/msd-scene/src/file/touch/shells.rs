@@ -58,7 +58,8 @@ pub(super) fn made(
         edges: if has_surface { Vec::new() } else { short.map(|spring| spring.ends).collect() },
         thickness,
         friction: source.number(format_args!("{key}.friction"), friction)?,
-        itself: touch.itself.unwrap_or(true),
+        // A solid body seldom meets itself, and its own surface is all about.
+        itself: touch.itself.unwrap_or(!has_surface || body.surface.two_sided),
         ignored: Vec::new(),
     })
 }
