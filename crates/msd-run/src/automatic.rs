@@ -344,6 +344,6 @@ mod tests {
         let longest = 1.001 / 60.0 / 12.0;
         let renewed = [1, 11, 12, 16, 17, 900].map(|now| needed_or_near(at(now), longest));
         assert_eq!(renewed, [12, 12, 12, 16, 12, 12]);
-        assert_eq!([1e-9, 1e9].map(|longest| needed(at(8), longest)), [1000, 1]);
+        assert_eq!([1e-9, 1e9].map(|longest| needed(at(8), longest)), [10_000, 1]);
     }
 }
