@@ -38,10 +38,7 @@ impl<R: Real> Simulation<R> {
         let near = &Near::default();
         let [before, after] = [&self.good, &self.state]
             .map(|state| energy::energy_and_rounding(&self.model, state, at, (self.level, near)));
-        let sum = |energy: &energy::Energy| {
-            energy.kinetic + energy.elastic + energy.gravitational + energy.own
-        };
-        let rise = sum(&after.0) - sum(&before.0) - done.given - before.1 - after.1;
+        let rise = after.0.total() - before.0.total() - done.given - before.1 - after.1;
         let moving = after.0.kinetic + after.0.elastic.abs();
         rise.is_nan() || RISE * moving < rise
     }
