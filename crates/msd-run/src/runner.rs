@@ -469,9 +469,7 @@ impl Runner {
     /// What is known of bodies that touch; `None` where none does.
     pub fn touched(&self) -> Option<Touched> {
         on!(self, simulation => {
-            let model = simulation.model();
-            let is_any = !model.touches().is_empty() || !model.shells().is_empty();
-            is_any.then(|| Touched {
+            simulation.model().do_bodies_meet().then(|| Touched {
                 passes: simulation.ledger().passes(),
                 crossings: crossings(simulation),
             })

@@ -52,8 +52,7 @@ fn is_on_in<R: Real>(part: Part, springs: &[Range<usize>], model: &Model<R>) -> 
         Part::Drag => model.drag() != R::ZERO,
         // Planes can be taken away and put back, solids, touches and shells cannot.
         Part::Contact => {
-            let meet = !model.touches().is_empty() || !model.shells().is_empty();
-            !meet && model.solids().is_empty() && !model.planes().is_empty()
+            !model.do_bodies_meet() && model.solids().is_empty() && !model.planes().is_empty()
         }
         Part::FaceDiagonals | Part::SpaceDiagonals | Part::BendingSprings => {
             let mut rows = springs.iter().cloned().flatten();

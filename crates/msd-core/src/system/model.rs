@@ -462,6 +462,11 @@ impl<R: Real> Model<R> {
         &self.touches
     }
 
+    /// Whether any bodies meet each other or themselves, by radii or as shells.
+    pub fn do_bodies_meet(&self) -> bool {
+        !self.touches.is_empty() || !self.shells.is_empty()
+    }
+
     /// The surfaces and ropes that do not cross each other.
     pub fn shells(&self) -> &[Shell] {
         self.shells.rows()

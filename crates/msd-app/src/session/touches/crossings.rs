@@ -55,10 +55,7 @@ impl CrossingCount {
 }
 
 fn touches(runner: &Runner) -> bool {
-    on!(runner, simulation => {
-        let model = simulation.model();
-        !model.touches().is_empty() || !model.shells().is_empty()
-    })
+    on!(runner, simulation => simulation.model().do_bodies_meet())
 }
 
 impl Session {
