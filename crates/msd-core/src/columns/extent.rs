@@ -83,6 +83,43 @@ impl<R: Real> Extent<R> {
         Extent { low: of_lanes(0, R::min), high: of_lanes(1, R::max) }
     }
 
+    /// The box around some vectors.
+    #[inline(always)]
+    pub(crate) fn around(vectors: impl Iterator<Item = R::Vec3>) -> Self {
+        let mut around = Extent::default();
+        vectors.for_each(|vector| around.add(vector));
+        around
+    }
+
+    pub(crate) fn low(&self) -> R::Vec3 {
+        self.low
+    }
+
+    pub(crate) fn high(&self) -> R::Vec3 {
+        self.high
+    }
+
+    /// Whether another box is within some distance of it along every axis.
+    #[inline(always)]
+    pub(crate) fn is_near(self, other: Self, distance: R) -> bool {
+        self.gaps(other).into_iter().all(|gap| gap < distance)
+    }
+
+    /// The distance to another box.
+    pub(crate) fn distance(self, other: Self) -> R {
+        let square = |gap: R| gap.max(R::ZERO) * gap.max(R::ZERO);
+        let [x, y, z] = self.gaps(other).map(square);
+        (x + y + z).sqrt()
+    }
+
+    /// How far apart both are along each axis; negative where they overlap.
+    #[inline(always)]
+    fn gaps(self, other: Self) -> [R; 3] {
+        let (above, below) = (other.low - self.high, self.low - other.high);
+        zip(above.components(), below.components(), R::max)
+    }
+
+    #[inline(always)]
     pub(crate) fn add(&mut self, vector: R::Vec3) {
         *self = self.with(Extent { low: vector, high: vector });
     }

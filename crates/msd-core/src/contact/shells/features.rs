@@ -1,10 +1,11 @@
 //! Features of shells: their vertices, edges and faces, and which of them hang together.
 
+use super::clusters::{self, Cluster};
 use crate::columns::extent::Records;
 use crate::columns::slots::Slots;
 use crate::columns::vector;
 use crate::number::Real;
-use crate::scene::shell::{Shell, do_meet};
+use crate::scene::shell::Shell;
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
@@ -48,6 +49,7 @@ pub(crate) struct Shells {
     faces_at: ByVertex,
     /// Where vertices are in columns of vectors.
     pub(super) records: Records,
+    pub(super) clusters: Vec<Cluster>,
 }
 
 /// Numbers of each vertex.
@@ -112,6 +114,7 @@ impl Shells {
         shells.rows = rows;
         shells.records = Records::new(shells.vertices.iter().map(|vertex| vertex.at));
         shells.join();
+        shells.clusters = clusters::group(&shells);
         shells
     }
 
@@ -161,11 +164,6 @@ impl Shells {
     /// The faces at a vertex.
     pub(super) fn faces_at(&self, vertex: u32) -> &[u32] {
         self.faces_at.of(vertex)
-    }
-
-    /// Whether the shells of two vertices stop each other.
-    pub(super) fn do_meet(&self, a: u32, b: u32) -> bool {
-        do_meet(&self.rows, [a, b].map(|vertex| self.shell_of(vertex)))
     }
 
     pub(super) fn shell_of(&self, vertex: u32) -> usize {

@@ -1,7 +1,8 @@
 //! Rows of the features that are nearest to each other.
 
 use super::features::{Edge, NONE, Shells};
-use super::lists::{Candidates, ListedPair, NOISE, Pairs, square_between};
+use super::distance::between_edges;
+use super::lists::{Candidates, NOISE};
 use super::patch::Patch;
 use super::row::{ContactRow, EDGE, EDGES, FACE, OBSTACLE, VERTEX, features, key};
 use crate::number::{Real, Vector};
@@ -27,7 +28,7 @@ pub(super) struct Finder<'a, R: Real> {
     /// How far beyond their reach features may be, metres.
     pub(super) margin: R,
     pub(super) rows: Vec<ContactRow<R>>,
-    /// The keys of vertices and the edges or corners that they are nearest to.
+    /// The keys of the rows.
     pub(super) keys: Vec<u64>,
     /// Whether each vertex is in a row.
     pub(super) are_held: Vec<bool>,
@@ -39,18 +40,36 @@ impl<'a, R: Real> Finder<'a, R> {
         Finder { at, patch, margin, rows, keys, are_held }
     }
 
-    /// Finds the rows of close features and of obstacles, in the order of their keys.
+    /// Finds the rows of features that may be near each other and of obstacles, in the order of
+    /// their keys.
     pub(super) fn find(&mut self, lists: &mut Candidates<R>) {
-        let worn = lists.worn;
-        let most = worn + (self.margin + R::of(self.at.shells.reach() * NOISE)).to_f64();
-        let near = (worn, most);
         self.keys.clear();
-        let Pairs { facing, ending, crossing } = &mut lists.close;
-        see_near(facing, near, |features| self.face(features));
-        see_near(ending, near, |features| self.end(features));
-        self.add_keys();
-        see_near(crossing, near, |features| self.edges(features));
-        self.obstacles(lists);
+        let margin = (self.margin + R::of(self.at.shells.reach() * NOISE)).to_f64();
+        for &number in &lists.due {
+            let pair = &mut lists.pairs[number as usize];
+            let (worn, most) = (pair.worn, pair.worn + margin);
+            let features = pair.features.start as usize..pair.features.end as usize;
+            pair.until = f64::INFINITY;
+            for listed in &mut lists.features[features] {
+                if listed.until < most {
+                    listed.until = worn + self.see(listed.key).to_f64();
+                }
+                pair.until = pair.until.min(listed.until);
+            }
+        }
+        self.add_rows();
+        self.obstacles();
+    }
+
+    /// Takes note of the row of two features, if they have one; returns the gap between them.
+    #[inline(always)]
+    fn see(&mut self, pair: u64) -> R {
+        let both = features(pair);
+        match pair >> 62 {
+            FACE => self.face(both),
+            EDGE => self.end(both),
+            _ => self.edges(both),
+        }
     }
 
     fn point(&self, vertex: u32) -> R::Vec3 {
@@ -64,20 +83,12 @@ impl<'a, R: Real> Finder<'a, R> {
     }
 
     /// Adds the rows of the keys noted, each once.
-    fn add_keys(&mut self) {
-        let mut keys = core::mem::take(&mut self.keys);
-        keys.sort_unstable();
-        keys.dedup();
-        keys.iter().for_each(|&key| self.add(key, self.sides(key)));
-        self.keys = keys;
-    }
-
-    /// Adds the row of some features unless they are too far apart.
-    #[inline(always)]
-    fn add(&mut self, key: u64, sides: Sides<R>) {
-        if let Some(row) = self.row(key, sides) {
-            self.rows.push(row);
-        }
+    fn add_rows(&mut self) {
+        self.keys.sort_unstable();
+        self.keys.dedup();
+        let mut rows = core::mem::take(&mut self.rows);
+        rows.extend(self.keys.iter().filter_map(|&key| self.row(key, self.sides(key))));
+        self.rows = rows;
     }
 
     /// The row of some features; none where they are too far apart, or nothing moves either.
@@ -220,8 +231,7 @@ impl<'a, R: Real> Finder<'a, R> {
         }
         let zeros = met.weights.map(|weight| weight == R::ZERO);
         match zeros.iter().filter(|&&zero| zero).count() {
-            0 => self
-                .add(key(FACE, vertex, number), Sides::of_face(vertex, face.corners, met.weights)),
+            0 => self.keys.push(key(FACE, vertex, number)),
             1 => {
                 let side = match zeros {
                     [true, _, _] => 1,
@@ -297,7 +307,8 @@ impl<'a, R: Real> Finder<'a, R> {
         let [p, q] = [own, other].map(|ends| ends.map(|end| self.point(end)));
         let is_inside = |parts: &[R; 2]| parts.iter().all(|&s| R::ZERO < s && s < R::ONE);
         let Some([s, t]) = self.parts([own, other]).filter(is_inside) else {
-            return square_between::<R>(p, q).sqrt() - stop;
+            let [p, q] = [p, q].map(|ends| ends.map(R::Vec3::components));
+            return between_edges(p, q).sqrt() - stop;
         };
         let [here, there] = [(p, s), (q, t)].map(|([from, to], part)| from + (to - from) * part);
         let square = (here - there).dot(here - there);
@@ -309,7 +320,7 @@ impl<'a, R: Real> Finder<'a, R> {
         let is_led =
             self.leads(a, (here, way, square), other) || self.leads(b, (there, -way, square), own);
         if !is_led {
-            self.add(key(EDGES, a, b), Sides::of_edges([own, other], [s, t]));
+            self.keys.push(key(EDGES, a, b));
         }
         gap
     }
@@ -341,7 +352,7 @@ impl<'a, R: Real> Finder<'a, R> {
 
     /// Adds the rows of obstacles and of vertices that are in a row: one that lies on an obstacle
     /// bears what lies on it.
-    fn obstacles(&mut self, lists: &Candidates<R>) {
+    fn obstacles(&mut self) {
         let At { obstacles, time, .. } = *self.at;
         if obstacles.is_empty() || self.rows.is_empty() {
             return;
@@ -351,10 +362,8 @@ impl<'a, R: Real> Finder<'a, R> {
         for row in &self.rows {
             row.vertices.iter().for_each(|&vertex| self.are_held[vertex as usize] = true);
         }
-        for &vertex in &lists.vertices {
-            if !self.are_held[vertex as usize] {
-                continue;
-            }
+        let is_held = |&vertex: &u32| self.are_held[vertex as usize];
+        for vertex in (0..self.are_held.len() as u32).filter(is_held) {
             let here = self.point(vertex);
             for index in 0..obstacles.count() {
                 let obstacle = obstacles.get(index);
@@ -377,19 +386,6 @@ impl<'a, R: Real> Finder<'a, R> {
                 }
             }
         }
-    }
-}
-
-/// Sees the pairs between which the gap may be less than a margin, of which `most` is the sum with
-/// the wear, and takes note of their gaps.
-#[inline(always)]
-fn see_near<R: Real>(
-    pairs: &mut [ListedPair],
-    (worn, most): (f64, f64),
-    mut gap: impl FnMut([u32; 2]) -> R,
-) {
-    for pair in pairs.iter_mut().filter(|pair| pair.until < most) {
-        pair.until = worn + gap(pair.features).to_f64();
     }
 }
 

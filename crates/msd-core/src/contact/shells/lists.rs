@@ -1,49 +1,264 @@
 //! Lists of features that may be near each other, which serve for many substeps.
 
-use super::features::{Edge, NONE, Shells};
+use super::clusters::Cluster;
+use super::distance::{between_edges, of_edge, of_face};
+use super::features::Shells;
+use super::row::{EDGE, EDGES, FACE, key};
 use crate::columns::extent::Extent;
-use crate::columns::load;
-use crate::grid::Grid;
+use crate::columns::{LANES, load};
 use crate::number::{Real, Vector, at_level};
-use crate::pack::zip;
+use crate::pack::{Pack, zip};
 use crate::scene::shell::do_meet;
-use crate::triangle::{around, nearest};
 use alloc::vec::Vec;
-use core::convert::Infallible;
+use core::ops::Range;
 use fearless_simd::{Level, Simd};
-use glam::DVec3;
 
-/// Pairs of features: vertices and faces, vertices and edges of no face, and edges; each in order.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Pairs {
-    pub(super) facing: Vec<ListedPair>,
-    pub(super) ending: Vec<ListedPair>,
-    pub(super) crossing: Vec<ListedPair>,
-}
-
-impl ListedPair {
-    fn new(features: [u32; 2]) -> Self {
-        ListedPair { features, until: 0.0 }
-    }
-}
-
-impl Pairs {
-    fn each_mut(&mut self) -> [&mut Vec<ListedPair>; 3] {
-        [&mut self.facing, &mut self.ending, &mut self.crossing]
-    }
-
-    fn is_empty(&self) -> bool {
-        self.facing.is_empty() && self.ending.is_empty() && self.crossing.is_empty()
-    }
-}
-
-/// Two features, and how far in all vertices must come closer to each other before the gap between
-/// the two may be closed, metres.
+/// Two features, a vertex and a face, a vertex and an edge of no face, or two edges, and how far
+/// their clusters must come closer to each other before the gap may be closed, metres.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ListedPair {
-    pub(super) features: [u32; 2],
+    pub(super) key: u64,
     pub(super) until: f64,
 }
+
+/// Two clusters, or one twice, and the features of both that may be near each other.
+#[derive(Clone, Debug)]
+pub(super) struct ClusterPair {
+    pub(super) clusters: [u32; 2],
+    /// How far they may have come closer to each other since the pair was found, metres.
+    pub(super) worn: f64,
+    /// The wear from which on one of the features may matter.
+    pub(super) until: f64,
+    /// The wear up to which no feature that is not listed matters.
+    pub(super) listed_to: f64,
+    pub(super) features: Range<u32>,
+}
+
+/// Features that may be near each other.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Candidates<R: Real> {
+    /// The pairs that may matter in this substep, in order.
+    pub(super) due: Vec<u32>,
+    pub(super) pairs: Vec<ClusterPair>,
+    pub(super) features: Vec<ListedPair>,
+    /// The vertices of the clusters of those pairs and those that edges join to them.
+    pub(super) vertices: Vec<u32>,
+    is_listed: bool,
+    /// How far any two clusters may have come closer to each other since the pairs were found, and
+    /// up to where no other pair matters, metres.
+    worn: f64,
+    found_to: f64,
+    /// Positions at the last look, metres.
+    last: Vec<R>,
+    /// Whether each cluster, and each vertex, is one that may matter.
+    are_due: [Vec<bool>; 2],
+    /// How far each cluster has moved since the last look.
+    moved: Vec<Extent<R>>,
+    search: Search<R>,
+}
+
+impl<R: Real> Candidates<R> {
+    /// Discards the lists: features are other ones.
+    pub(super) fn forget(&mut self) {
+        self.is_listed = false;
+    }
+
+    /// Finds the pairs of clusters whose features may be within their reach and a margin, metres,
+    /// and lists these anew where the lists may lack some; returns whether they hold all. Where
+    /// each feature would be near hundreds of others, as in a run that diverges, they do not.
+    pub(super) fn serve(
+        &mut self,
+        level: Level,
+        shells: &Shells,
+        positions: &[R],
+        margin: R,
+    ) -> bool {
+        let needed = margin.to_f64() + shells.reach() * NOISE;
+        self.due.clear();
+        self.vertices.clear();
+        if self.is_listed {
+            let way = at_level!(level, simd => wear(simd, shells, [&self.last, positions]));
+            let way = way.sqrt().to_f64();
+            if way + needed <= self.spare() {
+                return true;
+            }
+            self.worn += way;
+            self.wear_out(shells, positions);
+        }
+        self.last.clear();
+        self.last.extend_from_slice(positions);
+        if !self.is_listed || self.found_to < self.worn + needed {
+            self.pair_clusters(shells, positions, needed);
+        }
+        self.is_listed = true;
+        for number in 0..self.pairs.len() {
+            let pair = &self.pairs[number];
+            if pair.listed_to < pair.worn + needed {
+                self.list(level, shells, positions, (number, needed));
+            }
+            let pair = &self.pairs[number];
+            if pair.until < pair.worn + needed {
+                self.due.push(number as u32);
+            }
+        }
+        self.mark(shells);
+        let most = MOST_PAIRS * (shells.vertices.len() + shells.faces.len() + shells.edges.len());
+        let are_all = self.pack() <= most;
+        if !are_all {
+            // Not to be served from again.
+            self.forget();
+        }
+        are_all
+    }
+
+    /// How far any two clusters may come closer before a pair may matter, metres.
+    fn spare(&self) -> f64 {
+        let of_pair = |pair: &ClusterPair| pair.until.min(pair.listed_to) - pair.worn;
+        self.pairs.iter().map(of_pair).fold(self.found_to - self.worn, f64::min)
+    }
+
+    /// Adds to the wear of each pair how far its clusters may have come closer since the last look.
+    fn wear_out(&mut self, shells: &Shells, positions: &[R]) {
+        let Candidates { moved, last, pairs, .. } = self;
+        moved.clear();
+        moved.extend(shells.clusters.iter().map(|cluster| {
+            let way = |&vertex: &u32| {
+                shells.point::<R>(positions, vertex) - shells.point::<R>(last, vertex)
+            };
+            Extent::around(cluster.corners.iter().map(way))
+        }));
+        for pair in pairs {
+            let [own, other] = pair.clusters.map(|cluster| moved[cluster as usize]);
+            pair.worn += own.with(other).diagonal().sqrt().to_f64();
+        }
+    }
+
+    /// Finds the clusters that may be near each other, up to a distance of about their own size.
+    /// Those that were found before keep their features.
+    fn pair_clusters(&mut self, shells: &Shells, positions: &[R], needed: f64) {
+        let boxes = &mut self.moved;
+        boxes.clear();
+        boxes.extend(shells.clusters.iter().map(|cluster| cluster.extent(shells, positions)));
+        let sizes = boxes.iter().map(|extent| extent.diagonal().sqrt().to_f64()).sum::<f64>();
+        let beyond = (sizes / boxes.len() as f64).max(2.0 * needed);
+        let far = R::of(shells.reach() + beyond);
+        (self.worn, self.found_to) = (0.0, beyond);
+        let old = core::mem::take(&mut self.pairs);
+        let mut known = old.into_iter().filter(|_| self.is_listed).peekable();
+        let order = &mut self.search.order;
+        order.clear();
+        order.extend(0..boxes.len() as u32);
+        let low = |cluster: u32| boxes[cluster as usize].low().components()[0].to_f64();
+        order.sort_unstable_by(|&a, &b| low(a).total_cmp(&low(b)).then(a.cmp(&b)));
+        let found = &mut self.search.found;
+        found.clear();
+        for (at, &own) in order.iter().enumerate() {
+            let last = boxes[own as usize].high().components()[0].to_f64() + far.to_f64();
+            for &other in order[at..].iter().take_while(|&&other| low(other) <= last) {
+                let clusters = [own.min(other), own.max(other)];
+                let [a, b] = clusters.map(|cluster| shells.clusters[cluster as usize].shell(shells));
+                let distance = || boxes[own as usize].distance(boxes[other as usize]);
+                if do_meet(shells.rows(), [a, b]) && distance() < far {
+                    found.push(clusters);
+                }
+            }
+        }
+        found.sort_unstable();
+        for &clusters in &*found {
+            while known.next_if(|before| before.clusters < clusters).is_some() {}
+            let new = || {
+                let [own, other] = clusters.map(|cluster| boxes[cluster as usize]);
+                let apart = own.distance(other).to_f64() - shells.reach();
+                ClusterPair { clusters, worn: 0.0, until: apart, listed_to: apart, features: 0..0 }
+            };
+            let before = known.next_if(|before| before.clusters == clusters);
+            self.pairs.push(before.unwrap_or_else(new));
+        }
+    }
+
+    /// Lists the features of a pair that are within their reach and some distance of each other.
+    fn list(
+        &mut self,
+        level: Level,
+        shells: &Shells,
+        positions: &[R],
+        (number, needed): (usize, f64),
+    ) {
+        let pair = &mut self.pairs[number];
+        let [own, other] = pair.clusters.map(|cluster| &shells.clusters[cluster as usize]);
+        let boxes = [own, other].map(|cluster| cluster.extent(shells, positions));
+        let (stop, _) = shells.law_of::<R>(own.vertices[0], other.vertices[0]);
+        let apart = (boxes[0].distance(boxes[1]) - stop).to_f64();
+        let edge = own.longest(shells, positions).max(other.longest(shells, positions));
+        let skin = (SKIN * edge.to_f64()).max(2.0 * needed) + needed;
+        let first = self.features.len() as u32;
+        pair.listed_to = pair.worn + skin.max(apart);
+        pair.until = pair.listed_to;
+        if apart < skin {
+            self.search.reach = stop + R::of(skin);
+            let is_one = pair.clusters[0] == pair.clusters[1];
+            let sides = [own, other];
+            at_level!(level, simd => {
+                self.search.list(simd, (shells, positions), (sides, boxes, is_one))
+            });
+            for &(key, square) in &self.search.near {
+                let until = pair.worn + (square.sqrt() - stop).to_f64();
+                pair.until = pair.until.min(until);
+                self.features.push(ListedPair { key, until });
+            }
+        }
+        pair.features = first..self.features.len() as u32;
+    }
+
+    /// Drops the features of earlier lists once they are most; returns how many there are.
+    fn pack(&mut self) -> usize {
+        let count = self.pairs.iter().map(|pair| pair.features.len()).sum::<usize>();
+        if 2 * count < self.features.len() {
+            let kept = &mut self.search.kept;
+            kept.clear();
+            for pair in &mut self.pairs {
+                let first = kept.len() as u32;
+                let features = pair.features.start as usize..pair.features.end as usize;
+                kept.extend_from_slice(&self.features[features]);
+                pair.features = first..kept.len() as u32;
+            }
+            core::mem::swap(kept, &mut self.features);
+        }
+        count
+    }
+
+    /// Lists the vertices of the pairs that may matter and those beside them.
+    fn mark(&mut self, shells: &Shells) {
+        if self.due.is_empty() {
+            return;
+        }
+        let [clusters, vertices] = &mut self.are_due;
+        clusters.clear();
+        clusters.resize(shells.clusters.len(), false);
+        vertices.clear();
+        vertices.resize(shells.vertices.len(), false);
+        for &pair in &self.due {
+            for cluster in self.pairs[pair as usize].clusters {
+                if core::mem::replace(&mut clusters[cluster as usize], true) {
+                    continue;
+                }
+                for &vertex in &shells.clusters[cluster as usize].around {
+                    if !core::mem::replace(&mut vertices[vertex as usize], true) {
+                        self.vertices.push(vertex);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The most pairs for each feature.
+const MOST_PAIRS: usize = 256;
+/// More than the part of a reach that rounding is worth.
+pub(super) const NOISE: f64 = 0.01;
+/// How far beyond their reach features are listed, in edges: less than two that share no vertex are
+/// apart in flat surface.
+const SKIN: f64 = 0.4;
 
 /// The square of the diagonal of the box around all displacements.
 #[inline(always)]
@@ -54,283 +269,191 @@ fn wear<S: Simd, R: Real>(simd: S, shells: &Shells, [from, to]: [&[R]; 2]) -> R 
     Extent::of(simd, &shells.records, way).diagonal()
 }
 
-/// Features that may be near each other, and those of them that are closer.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Candidates<R: Real> {
-    pub(super) close: Pairs,
-    /// The vertices of the close ones and those that edges join to them, in order.
-    pub(super) vertices: Vec<u32>,
-    /// How far in all vertices may have come closer to each other since there are lists, metres.
-    pub(super) worn: f64,
-    near: Pairs,
-    /// Positions when the near ones were listed, metres; empty where they are to be listed.
-    from: Vec<R>,
-    /// How far beyond their reach those may have been, metres.
-    skin: R,
-    /// Positions at the last look, metres, and the wear up to which the close ones serve.
-    last: Vec<R>,
-    serves_to: f64,
-    grid: Grid,
-    boxes: Boxes,
-    /// Whether each vertex is one of a close pair.
-    are_close: Vec<bool>,
-}
-
-impl<R: Real> Candidates<R> {
-    /// Discards the lists: features are other ones.
-    pub(super) fn forget(&mut self) {
-        self.from.clear();
+impl Cluster {
+    fn shell(&self, shells: &Shells) -> usize {
+        shells.shell_of(self.vertices[0])
     }
 
-    /// Lists features anew unless the close ones hold all that are within their reach and a
-    /// margin, metres; returns whether they do. Where features are so long or so many in one place
-    /// that each would be near hundreds of others, as in a run that diverges, they do not.
-    pub(super) fn serve(
+    /// The box around its features.
+    fn extent<R: Real>(&self, shells: &Shells, positions: &[R]) -> Extent<R> {
+        Extent::around(self.corners.iter().map(|&vertex| shells.point(positions, vertex)))
+    }
+
+    /// The length of its longest edge, metres.
+    fn longest<R: Real>(&self, shells: &Shells, positions: &[R]) -> R {
+        let square = |&edge: &u32| {
+            let [a, b]: [R::Vec3; 2] = shells.points(positions, shells.edges[edge as usize].ends);
+            (b - a).dot(b - a)
+        };
+        self.edges.iter().map(square).fold(R::ZERO, R::max).sqrt()
+    }
+}
+
+/// What a search for features of two clusters takes note of.
+#[derive(Clone, Debug, Default)]
+struct Search<R: Real> {
+    /// How far apart features may be, metres.
+    reach: R,
+    vertices: Lanes<R, 1>,
+    edges: Lanes<R, 2>,
+    faces: Lanes<R, 3>,
+    /// Features that are near each other, and the squares of their distances.
+    near: Vec<(u64, R)>,
+    order: Vec<u32>,
+    found: Vec<[u32; 2]>,
+    kept: Vec<ListedPair>,
+}
+
+impl<R: Real> Search<R> {
+    /// Finds the features of two clusters, or of one, that are within reach of each other.
+    #[inline(always)]
+    fn list<S: Simd>(
         &mut self,
-        level: Level,
-        shells: &Shells,
-        positions: &[R],
-        margin: R,
-    ) -> bool {
-        let displacement =
-            |from: &[R]| at_level!(level, simd => wear(simd, shells, [from, positions])).sqrt();
-        let reach = R::of(shells.reach());
-        let needed = margin + reach * R::of(NOISE);
-        if !self.from.is_empty() && !self.near.is_empty() {
-            self.worn += displacement(&self.last).to_f64();
-            self.last.copy_from_slice(positions);
-            if self.worn + needed.to_f64() <= self.serves_to {
-                return true;
+        simd: S,
+        at: (&Shells, &[R]),
+        (sides, boxes, is_one): ([&Cluster; 2], [Extent<R>; 2], bool),
+    ) {
+        self.near.clear();
+        for (own, other) in [(0, 1), (1, 0)] {
+            if is_one && own == 1 {
+                break;
+            }
+            self.vertices.fill(at, (&sides[own].vertices, |v| [v]), (boxes[other], self.reach));
+            let corners = |face: u32| at.0.faces[face as usize].corners;
+            self.faces.fill(at, (&sides[other].faces, corners), (boxes[own], self.reach));
+            self.see_faces(simd, at.0);
+            let ends = |edge: u32| at.0.edges[edge as usize].ends;
+            if !sides[other].bare.is_empty() {
+                self.edges.fill(at, (&sides[other].bare, ends), (boxes[own], self.reach));
+                self.see_bare(simd, at.0);
             }
         }
-        let mut are_all = true;
-        let is_listed = !self.from.is_empty();
-        let mut left = if is_listed { self.skin - displacement(&self.from) } else { -R::ONE };
-        if left < needed {
-            let edge = longest_edge(shells, positions);
-            left = (R::of(edge) * R::HALF).max(margin + margin) + needed;
-            are_all = self.list_near(shells, positions, (left, edge));
-        } else if self.near.is_empty() {
-            return true;
-        }
-        let skin = left.min(needed + margin + reach * R::HALF);
-        self.list_close(shells, positions, skin);
-        if !are_all {
-            // Not to be served from again.
-            self.forget();
-        }
-        are_all
-    }
-
-    /// Lists features whose boxes are within their reach and a skin, metres; returns whether it
-    /// lists all.
-    fn list_near(&mut self, shells: &Shells, positions: &[R], (skin, edge): (R, f64)) -> bool {
-        for column in [&mut self.from, &mut self.last] {
-            column.clear();
-            column.extend_from_slice(positions);
-        }
-        (self.skin, self.worn) = (skin, 0.0);
-        let reach = shells.reach() + skin.to_f64();
-        self.boxes.set(shells, positions, reach);
-        let span = Span { reach, edge };
-        let are_all = self.list_vertices(shells, positions, &span)
-            && self.list_edges(shells, positions, &span);
-        for pairs in self.near.each_mut() {
-            pairs.sort_unstable_by_key(|pair| pair.features);
-        }
-        are_all
-    }
-
-    /// Lists those that are within their reach and a skin, metres.
-    fn list_close(&mut self, shells: &Shells, positions: &[R], skin: R) {
-        let Candidates { close, near, are_close, vertices, worn, serves_to, .. } = self;
-        *serves_to = *worn + skin.to_f64();
-        are_close.clear();
-        are_close.resize(shells.vertices.len(), false);
-        let point = |vertex: u32| shells.point::<R>(positions, vertex);
-        let ends = |edge: u32| shells.edges[edge as usize].ends;
-        let corners = |face: u32| shells.faces[face as usize].corners;
-        let mut list = |to: &mut Vec<_>, pair: &mut ListedPair, square: R, of: [&[u32]; 2]| {
-            let (stop, _) = shells.law_of::<R>(of[0][0], of[1][0]);
-            pair.until = (square.sqrt() - stop).to_f64() + *worn;
-            if pair.until < *serves_to {
-                to.push(*pair);
-                of.into_iter().flatten().for_each(|&vertex| are_close[vertex as usize] = true);
-            }
-        };
-        let [facing, ending, crossing] =
-            near.each_mut().map(|pairs| pairs.iter_mut().filter(|pair| pair.until < *serves_to));
-        close.each_mut().into_iter().for_each(Vec::clear);
-        for pair in facing {
-            let [vertex, face] = pair.features;
-            let (here, corners) = (point(vertex), corners(face));
-            let square = nearest::<R>(corners.map(|corner| point(corner) - here)).square;
-            list(&mut close.facing, pair, square, [&[vertex], &corners]);
-        }
-        for pair in ending {
-            let [vertex, edge] = pair.features;
-            let (here, ends) = (point(vertex), ends(edge));
-            let square = square_between::<R>([here, here], ends.map(point));
-            list(&mut close.ending, pair, square, [&[vertex], &ends]);
-        }
-        for pair in crossing {
-            let [own, other] = pair.features.map(ends);
-            let square = square_between::<R>(own.map(point), other.map(point));
-            list(&mut close.crossing, pair, square, [&own, &other]);
-        }
-        let is_close = |vertex: u32| are_close[vertex as usize];
-        let is_beside = |&vertex: &u32| {
-            is_close(vertex) || shells.joined_to(vertex).iter().any(|&other| is_close(other))
-        };
-        vertices.clear();
-        if !close.is_empty() {
-            vertices.extend((0..shells.vertices.len() as u32).filter(is_beside));
-        }
-    }
-
-    /// Lists the features near vertices: faces, and edges of no face; returns whether it lists all.
-    fn list_vertices(&mut self, shells: &Shells, positions: &[R], span: &Span) -> bool {
-        let at = |vertex: u32| shells.point(positions, vertex).to_f64();
-        self.grid.fill(span.reach + span.edge, (0..shells.vertices.len() as u32).map(at));
-        self.near.facing.clear();
-        for (number, face) in (0u32..).zip(&shells.faces) {
-            let corners = around(face.corners.map(at), span.reach);
-            if !self.boxes.meet(shells, face.corners[0], corners) {
+        let ends = |edge: u32| at.0.edges[edge as usize].ends;
+        self.edges.fill(at, (&sides[1].edges, ends), (boxes[0], self.reach));
+        let own: &[u32] = &sides[0].edges;
+        for &edge in own {
+            let [a, b]: [R::Vec3; 2] = at.0.points(at.1, ends(edge));
+            if !boxes[1].is_near(Extent::around([a, b].into_iter()), self.reach) {
                 continue;
             }
-            let [low, high] = corners;
-            each_in(&self.grid, corners, |vertex| {
-                let is_other = !face.corners.contains(&vertex);
-                if is_other && shells.do_meet(vertex, face.corners[0]) {
-                    let here = at(vertex);
-                    if low.cmple(here).all() && here.cmple(high).all() {
-                        self.near.facing.push(ListedPair::new([vertex, number]));
-                    }
+            let line = [a, b].map(|end| end.components().map(|x| Pack::<S, R>::new(simd, x)));
+            let own = ends(edge);
+            let near = &mut self.near;
+            self.edges.see(simd, self.reach, |other| between_edges(line, other), |other, square| {
+                let is_other = !is_one || edge < other;
+                let apart = ends(other).iter().all(|end| !own.contains(end));
+                if is_other && apart {
+                    near.push((key(EDGES, edge.min(other), edge.max(other)), square));
                 }
             });
-            if MOST_PAIRS * shells.faces.len() < self.near.facing.len() {
-                return false;
-            }
         }
-        self.near.ending.clear();
-        let is_bare = |edge: &Edge| edge.faces == [NONE; 2];
-        for (number, edge) in (0u32..).zip(&shells.edges).filter(|(_, edge)| is_bare(edge)) {
-            let [a, b] = edge.ends.map(at);
-            each_in(&self.grid, around([a, b, b], span.reach), |vertex| {
-                if !edge.ends.contains(&vertex) && shells.do_meet(vertex, edge.ends[0]) {
-                    self.near.ending.push(ListedPair::new([vertex, number]));
-                }
-            });
-            if MOST_PAIRS * shells.edges.len() < self.near.ending.len() {
-                return false;
-            }
-        }
-        true
     }
 
-    /// Lists edges that are near each other; returns whether it lists all.
-    fn list_edges(&mut self, shells: &Shells, positions: &[R], span: &Span) -> bool {
-        let ends = |edge: &Edge| edge.ends.map(|end| shells.point(positions, end).to_f64());
-        let middles = shells.edges.iter().map(|edge| {
-            let [a, b] = ends(edge);
-            (a + b) * 0.5
-        });
-        self.grid.fill(span.reach + span.edge, middles);
-        self.near.crossing.clear();
-        for (number, own) in (0u32..).zip(&shells.edges) {
-            let [a, b] = ends(own);
-            let corners = around([a, b, b], span.reach);
-            if !self.boxes.meet(shells, own.ends[0], corners) {
+    #[inline(always)]
+    fn see_faces<S: Simd>(&mut self, simd: S, shells: &Shells) {
+        for at in 0..self.vertices.features.len() {
+            let (vertex, here) = self.vertices.one(simd, at);
+            let near = &mut self.near;
+            let square = |corners: [[Pack<S, R>; 3]; 3]| {
+                of_face(corners.map(|corner| zip(corner, here, |a, b| a - b)))
+            };
+            self.faces.see(simd, self.reach, square, |face, square| {
+                if !shells.faces[face as usize].corners.contains(&vertex) {
+                    near.push((key(FACE, vertex, face), square));
+                }
+            });
+        }
+    }
+
+    #[inline(always)]
+    fn see_bare<S: Simd>(&mut self, simd: S, shells: &Shells) {
+        for at in 0..self.vertices.features.len() {
+            let (vertex, here) = self.vertices.one(simd, at);
+            let near = &mut self.near;
+            let square = |ends: [[Pack<S, R>; 3]; 2]| {
+                of_edge(ends.map(|end| zip(end, here, |a, b| a - b)))
+            };
+            self.edges.see(simd, self.reach, square, |edge, square| {
+                if !shells.edges[edge as usize].ends.contains(&vertex) {
+                    near.push((key(EDGE, vertex, edge), square));
+                }
+            });
+        }
+    }
+}
+
+/// Features of so many points each, in columns of whole registers.
+#[derive(Clone, Debug)]
+struct Lanes<R: Real, const POINTS: usize> {
+    features: Vec<u32>,
+    columns: [[Vec<R>; 3]; POINTS],
+}
+
+impl<R: Real, const POINTS: usize> Default for Lanes<R, POINTS> {
+    fn default() -> Self {
+        let columns = core::array::from_fn(|_| [Vec::new(), Vec::new(), Vec::new()]);
+        Lanes { features: Vec::new(), columns }
+    }
+}
+
+impl<R: Real, const POINTS: usize> Lanes<R, POINTS> {
+    /// Overwrites the features by those of some that are within reach of a box.
+    fn fill(
+        &mut self,
+        (shells, positions): (&Shells, &[R]),
+        (features, points): (&[u32], impl Fn(u32) -> [u32; POINTS]),
+        (around, reach): (Extent<R>, R),
+    ) {
+        self.features.clear();
+        let columns = &mut self.columns;
+        columns.as_flattened_mut().iter_mut().for_each(Vec::clear);
+        for &feature in features {
+            let points: [R::Vec3; POINTS] = shells.points(positions, points(feature));
+            if !around.is_near(Extent::around(points.into_iter()), reach) {
                 continue;
             }
-            each_in(&self.grid, around([a, b, b], span.reach + 0.5 * span.edge), |other| {
-                let edge = &shells.edges[other as usize];
-                let is_other = number < other && !own.ends.iter().any(|at| edge.ends.contains(at));
-                if !is_other || !shells.do_meet(own.ends[0], edge.ends[0]) {
-                    return;
+            self.features.push(feature);
+            for (column, point) in columns.iter_mut().zip(points) {
+                for (numbers, number) in column.iter_mut().zip(point.components()) {
+                    numbers.push(number);
                 }
-                let ([low, high], [a, b]) = (corners, ends(edge));
-                if a.min(b).cmple(high).all() && low.cmple(a.max(b)).all() {
-                    self.near.crossing.push(ListedPair::new([number, other]));
-                }
-            });
-            if MOST_PAIRS * shells.edges.len() < self.near.crossing.len() {
-                return false;
             }
         }
-        true
-    }
-}
-
-/// The most pairs for each feature.
-const MOST_PAIRS: usize = 256;
-
-/// The square of the distance between two edges, or an edge and a point (Ericson, Real-Time
-/// Collision Detection, 2005, section 5.1.9).
-pub(super) fn square_between<R: Real>([p, p_end]: [R::Vec3; 2], [q, q_end]: [R::Vec3; 2]) -> R {
-    let clamp = |part: R| part.max(R::ZERO).min(R::ONE);
-    let (d, e, r) = (p_end - p, q_end - q, p - q);
-    let [dd, ee, de, dr, er] = [d.dot(d), e.dot(e), d.dot(e), d.dot(r), e.dot(r)];
-    let sine = dd * ee - de * de;
-    let is_slanted = R::of(1e-6) * (dd * ee) < sine;
-    let s = if is_slanted { clamp((de * er - dr * ee) / sine) } else { R::HALF };
-    let t = clamp((de * s + er) / ee);
-    let s = if R::ZERO < dd { clamp((de * t - dr) / dd) } else { R::ZERO };
-    let way = r + d * s - e * t;
-    way.dot(way)
-}
-
-/// How far features are looked for.
-struct Span {
-    /// The distance up to which they are listed, and the length of the longest edge, metres.
-    reach: f64,
-    edge: f64,
-}
-
-/// More than the part of a reach that rounding is worth.
-pub(super) const NOISE: f64 = 0.01;
-
-fn longest_edge<R: Real>(shells: &Shells, positions: &[R]) -> f64 {
-    let square = |ends| {
-        let [a, b]: [R::Vec3; 2] = shells.points(positions, ends);
-        (b - a).dot(b - a)
-    };
-    let longest = shells.edges.iter().map(|edge| square(edge.ends)).fold(R::ZERO, R::max);
-    longest.sqrt().to_f64()
-}
-
-/// Sees every point of a grid in the cells that a box touches.
-fn each_in(grid: &Grid, corners: [DVec3; 2], mut see: impl FnMut(u32)) {
-    let never: Result<(), Infallible> = grid.each_in(corners, |point| {
-        see(point as u32);
-        Ok(())
-    });
-    let Ok(()) = never;
-}
-
-/// The boxes around shells: most of a body is far from all others.
-#[derive(Clone, Debug, Default)]
-struct Boxes(Vec<[DVec3; 2]>);
-
-impl Boxes {
-    fn set<R: Real>(&mut self, shells: &Shells, positions: &[R], reach: f64) {
-        self.0.clear();
-        self.0.resize(shells.rows().len(), [DVec3::INFINITY, DVec3::NEG_INFINITY]);
-        for vertex in 0..shells.vertices.len() as u32 {
-            let place = shells.point(positions, vertex).to_f64();
-            let [low, high] = &mut self.0[shells.shell_of(vertex)];
-            (*low, *high) = (low.min(place), high.max(place));
-        }
-        for [low, high] in &mut self.0 {
-            (*low, *high) = (*low - reach, *high + reach);
+        let whole = self.features.len().next_multiple_of(LANES);
+        for numbers in columns.as_flattened_mut() {
+            let last = numbers.last().copied().unwrap_or_default();
+            numbers.resize(whole, last);
         }
     }
 
-    /// Whether a feature with this box, of the shell of a vertex, may be near one that it meets.
-    fn meet(&self, shells: &Shells, vertex: u32, [low, high]: [DVec3; 2]) -> bool {
-        let own = shells.shell_of(vertex);
-        self.0.iter().enumerate().any(|(other, [from, to])| {
-            do_meet(shells.rows(), [own, other]) && low.cmple(*to).all() && from.cmple(high).all()
-        })
+    /// A feature of one point.
+    #[inline(always)]
+    fn one<S: Simd>(&self, simd: S, at: usize) -> (u32, [Pack<S, R>; 3]) {
+        let column = &self.columns[0];
+        (self.features[at], [0, 1, 2].map(|axis| Pack::new(simd, column[axis][at])))
+    }
+
+    /// Sees the features within reach, by the squares of their distances, a register at a time.
+    #[inline(always)]
+    fn see<S: Simd>(
+        &self,
+        simd: S,
+        reach: R,
+        square: impl Fn([[Pack<S, R>; 3]; POINTS]) -> Pack<S, R>,
+        mut see: impl FnMut(u32, R),
+    ) {
+        let lanes = Pack::<S, R>::LEN;
+        let most = reach * reach;
+        for (part, features) in self.features.chunks(lanes).enumerate() {
+            let read = |numbers: &Vec<R>| Pack::from_slice(simd, &numbers[part * lanes..][..lanes]);
+            let points = self.columns.each_ref().map(|point| point.each_ref().map(read));
+            let mut squares = [R::ZERO; LANES];
+            square(points).store_slice(&mut squares[..lanes]);
+            for (&feature, &square) in features.iter().zip(&squares) {
+                if square < most {
+                    see(feature, square);
+                }
+            }
+        }
     }
 }

@@ -6,14 +6,17 @@
 //! (`find.rs`). The impulses of the last substep start the sweep of the next one (`sweep.rs`): a
 //! body at rest is at rest from the first row on, and friction holds it where it is.
 //!
-//! Lists of features that may be near each other serve for many substeps (`lists.rs`). A row
-//! depends on positions and features alone, rows are sorted, and one without an impulse does
-//! nothing: so the bits do not depend on when lists were made. Methods ask `rows.rs`.
+//! Features that may be near each other are listed for each two clusters, a few vertices that move
+//! alike (`clusters.rs`), and a list serves until the two may have come closer by what it spares
+//! (`lists.rs`). A row depends on positions and features alone, rows are sorted, and one without an
+//! impulse does nothing: so the bits do not depend on when lists were made. Methods ask `rows.rs`.
 //!
 //! Sources: Moreau, 1988, and Jean, 1999 (nonsmooth contact dynamics); Catto, 2005 (accumulated
 //! impulses).
 
 mod features;
+mod clusters;
+mod distance;
 mod lists;
 mod row;
 mod patch;

@@ -1,0 +1,103 @@
+//! Distances between features, computed by one number or a register.
+
+use crate::number::Real;
+use crate::pack::{Number, dot, zip};
+
+/// The part of the square of two lengths below which the square of what they span is rounding.
+const PARALLEL: f64 = 1e-6;
+
+/// The square of the distance between two edges, or an edge and a point (Ericson, Real-Time
+/// Collision Detection, 2005, section 5.1.9).
+#[inline(always)]
+pub(super) fn between_edges<N: Number>([p, p_end]: [[N; 3]; 2], [q, q_end]: [[N; 3]; 2]) -> N {
+    let (d, e, r) = (minus(p_end, p), minus(q_end, q), minus(p, q));
+    let [dd, ee, de, dr, er] = [dot(d, d), dot(e, e), dot(d, e), dot(d, r), dot(e, r)];
+    let (zero, one) = (dd.zero(), dd.one());
+    let clamp = |part: N| part.max(zero).min(one);
+    let sine = dd * ee - de * de;
+    let is_slanted = (dd.splat(N::Scalar::of(PARALLEL)) * (dd * ee)).is_less(sine);
+    let s = N::select(is_slanted, clamp((de * er - dr * ee) / sine), one.half());
+    let t = N::select(zero.is_less(ee), clamp((de * s + er) / ee), zero);
+    let s = N::select(zero.is_less(dd), clamp((de * t - dr) / dd), zero);
+    let way = [0, 1, 2].map(|axis| r[axis] + d[axis] * s - e[axis] * t);
+    dot(way, way)
+}
+
+/// The square of the distance of a face from the origin.
+#[inline(always)]
+pub(super) fn of_face<N: Number>([a, b, c]: [[N; 3]; 3]) -> N {
+    let normal = cross(minus(b, a), minus(c, a));
+    let areas = [cross(b, c), cross(c, a), cross(a, b)].map(|side| dot(normal, side));
+    let zero = areas[0].zero();
+    let is_over = areas.map(|area| zero.is_less(area)).into_iter().reduce(|all, is| all & is);
+    let height = dot(a, normal);
+    let edges = [[a, b], [b, c], [c, a]].map(of_edge);
+    let least = edges[0].min(edges[1]).min(edges[2]);
+    is_over.map_or(least, |is_over| {
+        N::select(is_over, height * height / dot(normal, normal), least)
+    })
+}
+
+/// The square of the distance of an edge from the origin.
+#[inline(always)]
+pub(super) fn of_edge<N: Number>([from, to]: [[N; 3]; 2]) -> N {
+    let way = minus(to, from);
+    let (along, square) = (-dot(from, way), dot(way, way));
+    let (zero, one) = (square.zero(), square.one());
+    let part = N::select(zero.is_less(square), (along / square).max(zero).min(one), zero);
+    let nearest = zip(from, way, |from, way| from + way * part);
+    dot(nearest, nearest)
+}
+
+#[inline(always)]
+fn minus<N: Number>(a: [N; 3], b: [N; 3]) -> [N; 3] {
+    zip(a, b, |a, b| a - b)
+}
+
+#[inline(always)]
+fn cross<N: Number>([ax, ay, az]: [N; 3], [bx, by, bz]: [N; 3]) -> [N; 3] {
+    [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pack::lanes::{Law, check};
+    use crate::triangle::nearest;
+
+    struct OfFace;
+    impl Law<9, 1> for OfFace {
+        fn of<N: Number>([a, b, c, d, e, f, g, h, i]: [N; 9]) -> [N; 1] {
+            [of_face([[a, b, c], [d, e, f], [g, h, i]])]
+        }
+    }
+
+    struct BetweenEdges;
+    impl Law<12, 1> for BetweenEdges {
+        fn of<N: Number>([a, b, c, d, e, f, g, h, i, j, k, l]: [N; 12]) -> [N; 1] {
+            [between_edges([[a, b, c], [d, e, f]], [[g, h, i], [j, k, l]])]
+        }
+    }
+
+    #[test]
+    fn a_register_has_the_bits_of_each_number() {
+        check::<OfFace, 9, 1>();
+        check::<BetweenEdges, 12, 1>();
+    }
+
+    #[test]
+    fn a_face_is_as_far_as_its_nearest_point() {
+        let mut state = 7u64;
+        let mut coarse = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            ((state >> 40) % 17) as f64 / 8.0 - 1.0
+        };
+        for _ in 0..2000 {
+            let corners = [[(); 3]; 3].map(|corner| corner.map(|()| coarse()));
+            let other = nearest::<f64>(corners.map(glam::DVec3::from_array)).square;
+            let square = of_face(corners);
+            // A few roundings of numbers of at most one.
+            assert!((square - other).abs() <= 1e-13, "{corners:?}: {square} and {other}");
+        }
+    }
+}
