@@ -21,8 +21,9 @@ pub(super) struct Cluster {
     pub(super) around: Vec<u32>,
 }
 
-/// Groups the vertices of shells, each group breadth first from its lowest vertex.
-pub(super) fn group(shells: &Shells) -> Vec<Cluster> {
+/// Groups the vertices of shells, each group breadth first from its lowest vertex; returns also the
+/// cluster of each vertex.
+pub(super) fn group(shells: &Shells) -> (Vec<Cluster>, Vec<u32>) {
     let mut clusters: Vec<Cluster> = Vec::new();
     let mut of_vertex = alloc::vec![NONE; shells.vertices.len()];
     for seed in 0..shells.vertices.len() as u32 {
@@ -59,7 +60,7 @@ pub(super) fn group(shells: &Shells) -> Vec<Cluster> {
     for cluster in &mut clusters {
         cluster.set_corners(shells);
     }
-    clusters
+    (clusters, of_vertex)
 }
 
 impl Cluster {

@@ -50,6 +50,8 @@ pub(crate) struct Shells {
     /// Where vertices are in columns of vectors.
     pub(super) records: Records,
     pub(super) clusters: Vec<Cluster>,
+    /// The cluster of each vertex.
+    pub(super) cluster_of: Vec<u32>,
 }
 
 /// Numbers of each vertex.
@@ -114,7 +116,7 @@ impl Shells {
         shells.rows = rows;
         shells.records = Records::new(shells.vertices.iter().map(|vertex| vertex.at));
         shells.join();
-        shells.clusters = clusters::group(&shells);
+        (shells.clusters, shells.cluster_of) = clusters::group(&shells);
         shells
     }
 

@@ -44,21 +44,31 @@ impl<'a, R: Real> Finder<'a, R> {
     /// their keys.
     pub(super) fn find(&mut self, lists: &mut Candidates<R>) {
         self.keys.clear();
-        let margin = (self.margin + R::of(self.at.shells.reach() * NOISE)).to_f64();
+        let most_margin = self.margin;
+        let noise = self.at.shells.reach() * NOISE;
         for &number in &lists.due {
             let pair = &mut lists.pairs[number as usize];
-            let (worn, most) = (pair.worn, pair.worn + margin);
+            self.margin = pair.margin;
+            let (worn, most) = (pair.worn, pair.worn + pair.margin.to_f64() + noise);
             let features = pair.features.start as usize..pair.features.end as usize;
             pair.until = f64::INFINITY;
             for listed in &mut lists.features[features] {
+                ALL.fetch_add(1, core::sync::atomic::Ordering::Relaxed);
                 if listed.until < most {
+                    SEEN.fetch_add(1, core::sync::atomic::Ordering::Relaxed);
                     listed.until = worn + self.see(listed.key).to_f64();
                 }
                 pair.until = pair.until.min(listed.until);
             }
         }
+        self.margin = most_margin;
         self.add_rows();
         self.obstacles();
+        use core::sync::atomic::Ordering::Relaxed;
+        SUBS.fetch_add(1, Relaxed); DUE.fetch_add(lists.due.len() as u64, Relaxed); ROWS.fetch_add(self.rows.len() as u64, Relaxed);
+        PAIRS.fetch_add(lists.pairs.len() as u64, Relaxed);
+        let n = SUBS.load(Relaxed);
+        if n % 200 == 0 { std::eprintln!("finds {n}: pairs {} due {} listed {} seen {} rows {} margin {} clusters {}", PAIRS.swap(0, Relaxed)/200, DUE.swap(0, Relaxed)/200, ALL.swap(0, Relaxed)/200, SEEN.swap(0, Relaxed)/200, ROWS.swap(0, Relaxed)/200, self.margin, self.at.shells.clusters.len()); }
     }
 
     /// Takes note of the row of two features, if they have one; returns the gap between them.
@@ -431,3 +441,12 @@ fn turns_by<R: Real>([a, b, c]: [R::Vec3; 3], (normal, distance): (R::Vec3, R)) 
     let by = distance / (b - a).cross(c - a).dot(normal);
     [c - b, a - c, b - a].map(|side| normal.cross(side) * by)
 }
+
+extern crate std;
+use core::sync::atomic::AtomicU64;
+static ALL: AtomicU64 = AtomicU64::new(0);
+static SEEN: AtomicU64 = AtomicU64::new(0);
+static SUBS: AtomicU64 = AtomicU64::new(0);
+static DUE: AtomicU64 = AtomicU64::new(0);
+static ROWS: AtomicU64 = AtomicU64::new(0);
+static PAIRS: AtomicU64 = AtomicU64::new(0);

@@ -3,6 +3,7 @@
 use super::clusters::Cluster;
 use super::distance::{between_edges, of_edge, of_face};
 use super::features::Shells;
+use super::margins::Margins;
 use super::row::{EDGE, EDGES, FACE, key};
 use crate::columns::extent::Extent;
 use crate::columns::{LANES, load};
@@ -23,7 +24,7 @@ pub(super) struct ListedPair {
 
 /// Two clusters, or one twice, and the features of both that may be near each other.
 #[derive(Clone, Debug)]
-pub(super) struct ClusterPair {
+pub(super) struct ClusterPair<R> {
     pub(super) clusters: [u32; 2],
     /// How far they may have come closer to each other since the pair was found, metres.
     pub(super) worn: f64,
@@ -31,6 +32,8 @@ pub(super) struct ClusterPair {
     pub(super) until: f64,
     /// The wear up to which no feature that is not listed matters.
     pub(super) listed_to: f64,
+    /// The margin of this substep, metres.
+    pub(super) margin: R,
     pub(super) features: Range<u32>,
 }
 
@@ -39,7 +42,7 @@ pub(super) struct ClusterPair {
 pub(super) struct Candidates<R: Real> {
     /// The pairs that may matter in this substep, in order.
     pub(super) due: Vec<u32>,
-    pub(super) pairs: Vec<ClusterPair>,
+    pub(super) pairs: Vec<ClusterPair<R>>,
     pub(super) features: Vec<ListedPair>,
     /// The vertices of the clusters of those pairs and those that edges join to them.
     pub(super) vertices: Vec<u32>,
@@ -63,28 +66,43 @@ impl<R: Real> Candidates<R> {
         self.is_listed = false;
     }
 
-    /// Finds the pairs of clusters whose features may be within their reach and a margin, metres,
-    /// and lists these anew where the lists may lack some; returns whether they hold all. Where
-    /// each feature would be near hundreds of others, as in a run that diverges, they do not.
-    pub(super) fn serve(
+    /// Whether no features can be within their reach and a margin, metres, that holds for all; then
+    /// none is due.
+    pub(super) fn are_apart(
         &mut self,
         level: Level,
         shells: &Shells,
         positions: &[R],
         margin: R,
     ) -> bool {
-        let needed = margin.to_f64() + shells.reach() * NOISE;
         self.due.clear();
         self.vertices.clear();
-        if self.is_listed {
-            let way = at_level!(level, simd => wear(simd, shells, [&self.last, positions]));
-            let way = way.sqrt().to_f64();
-            if way + needed <= self.spare() {
-                return true;
-            }
-            self.worn += way;
-            self.wear_out(shells, positions);
+        if !self.is_listed {
+            return false;
         }
+        let way = at_level!(level, simd => wear(simd, shells, [&self.last, positions]));
+        let way = way.sqrt().to_f64();
+        if way + margin.to_f64() + shells.reach() * NOISE <= self.spare() {
+            return true;
+        }
+        self.worn += way;
+        self.wear_out(shells, positions);
+        false
+    }
+
+    /// Finds the pairs of clusters whose features may be within their reach and the margin of both,
+    /// and lists these anew where the lists may lack some; `most` is the largest margin, metres.
+    /// Returns whether the lists hold all. Where each feature would be near hundreds of others, as
+    /// in a run that diverges, they do not.
+    pub(super) fn serve(
+        &mut self,
+        level: Level,
+        shells: &Shells,
+        positions: &[R],
+        (margins, most): (&Margins<R>, R),
+    ) -> bool {
+        let noise = shells.reach() * NOISE;
+        let needed = most.to_f64() + noise;
         self.last.clear();
         self.last.extend_from_slice(positions);
         if !self.is_listed || self.found_to < self.worn + needed {
@@ -92,7 +110,9 @@ impl<R: Real> Candidates<R> {
         }
         self.is_listed = true;
         for number in 0..self.pairs.len() {
-            let pair = &self.pairs[number];
+            let pair = &mut self.pairs[number];
+            pair.margin = margins.between(pair.clusters);
+            let needed = pair.margin.to_f64() + noise;
             if pair.listed_to < pair.worn + needed {
                 self.list(level, shells, positions, (number, needed));
             }
@@ -113,7 +133,7 @@ impl<R: Real> Candidates<R> {
 
     /// How far any two clusters may come closer before a pair may matter, metres.
     fn spare(&self) -> f64 {
-        let of_pair = |pair: &ClusterPair| pair.until.min(pair.listed_to) - pair.worn;
+        let of_pair = |pair: &ClusterPair<R>| pair.until.min(pair.listed_to) - pair.worn;
         self.pairs.iter().map(of_pair).fold(self.found_to - self.worn, f64::min)
     }
 
@@ -169,7 +189,8 @@ impl<R: Real> Candidates<R> {
             let new = || {
                 let [own, other] = clusters.map(|cluster| boxes[cluster as usize]);
                 let apart = own.distance(other).to_f64() - shells.reach();
-                ClusterPair { clusters, worn: 0.0, until: apart, listed_to: apart, features: 0..0 }
+                let (until, listed_to, margin) = (apart, apart, R::ZERO);
+                ClusterPair { clusters, worn: 0.0, until, listed_to, margin, features: 0..0 }
             };
             let before = known.next_if(|before| before.clusters == clusters);
             self.pairs.push(before.unwrap_or_else(new));
@@ -256,9 +277,9 @@ impl<R: Real> Candidates<R> {
 const MOST_PAIRS: usize = 256;
 /// More than the part of a reach that rounding is worth.
 pub(super) const NOISE: f64 = 0.01;
-/// How far beyond their reach features are listed, in edges: less than two that share no vertex are
-/// apart in flat surface.
-const SKIN: f64 = 0.4;
+/// How far beyond their reach features are listed, in edges: less than features that share no
+/// vertex are apart in flat surface.
+const SKIN: f64 = 0.33;
 
 /// The square of the diagonal of the box around all displacements.
 #[inline(always)]
@@ -275,7 +296,7 @@ impl Cluster {
     }
 
     /// The box around its features.
-    fn extent<R: Real>(&self, shells: &Shells, positions: &[R]) -> Extent<R> {
+    pub(super) fn extent<R: Real>(&self, shells: &Shells, positions: &[R]) -> Extent<R> {
         Extent::around(self.corners.iter().map(|&vertex| shells.point(positions, vertex)))
     }
 

@@ -19,6 +19,7 @@ mod clusters;
 mod distance;
 mod lists;
 mod row;
+mod margins;
 mod patch;
 mod find;
 mod sweep;

@@ -2,6 +2,7 @@
 
 use super::find::{At, Finder};
 use super::lists::Candidates;
+use super::margins::Margins;
 use super::patch::{Patch, gather, scatter};
 use super::row::{ContactRow, RowImpulse};
 use super::{Shells, sweep};
@@ -20,6 +21,7 @@ pub(crate) struct ShellRows<R: Real> {
     /// The rows of the substep before.
     last: Vec<ContactRow<R>>,
     lists: Candidates<R>,
+    margins: Margins<R>,
     patch: Patch<R>,
     /// The impulses before a prediction.
     kept: Vec<(R, R::Vec3)>,
@@ -100,7 +102,14 @@ impl<R: Real> ShellRows<R> {
         let most = R::of(MOST_MARGIN * shells.reach());
         let is_fast = most < margin;
         let margin = margin.min(most);
-        let are_all = self.lists.serve(at.level, shells, positions, margin);
+        if self.lists.are_apart(at.level, shells, positions, margin) {
+            return is_fast;
+        }
+        let columns = [positions, velocities, forces];
+        let times = (length, h * R::of(SPARE));
+        self.margins.set(at, columns, times, (&self.last, margin));
+        let margins = (&self.margins, margin);
+        let are_all = self.lists.serve(at.level, shells, positions, margins);
         if !self.lists.vertices.is_empty() {
             self.patch.fit(shells);
             self.read_points(at, positions);
