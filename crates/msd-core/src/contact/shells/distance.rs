@@ -1,4 +1,6 @@
 //! Distances between features, computed by one number or a register.
+//!
+//! Without `map` over arrays: it keeps the compiler from using the instructions of a level.
 
 use crate::number::Real;
 use crate::pack::{Number, dot, zip};
@@ -19,7 +21,7 @@ pub(super) fn between_edges<N: Number>([p, p_end]: [[N; 3]; 2], [q, q_end]: [[N;
     let s = N::select(is_slanted, clamp((de * er - dr * ee) / sine), one.half());
     let t = N::select(zero.is_less(ee), clamp((de * s + er) / ee), zero);
     let s = N::select(zero.is_less(dd), clamp((de * t - dr) / dd), zero);
-    let way = [0, 1, 2].map(|axis| r[axis] + d[axis] * s - e[axis] * t);
+    let way = zip(zip(r, d, |r, d| r + d * s), e, |way, e| way - e * t);
     dot(way, way)
 }
 
@@ -27,15 +29,14 @@ pub(super) fn between_edges<N: Number>([p, p_end]: [[N; 3]; 2], [q, q_end]: [[N;
 #[inline(always)]
 pub(super) fn of_face<N: Number>([a, b, c]: [[N; 3]; 3]) -> N {
     let normal = cross(minus(b, a), minus(c, a));
-    let areas = [cross(b, c), cross(c, a), cross(a, b)].map(|side| dot(normal, side));
-    let zero = areas[0].zero();
-    let is_over = areas.map(|area| zero.is_less(area)).into_iter().reduce(|all, is| all & is);
+    let [of_a, of_b, of_c] = [cross(b, c), cross(c, a), cross(a, b)];
+    let zero = normal[0].zero();
+    let is_over = zero.is_less(dot(normal, of_a))
+        & zero.is_less(dot(normal, of_b))
+        & zero.is_less(dot(normal, of_c));
     let height = dot(a, normal);
-    let edges = [[a, b], [b, c], [c, a]].map(of_edge);
-    let least = edges[0].min(edges[1]).min(edges[2]);
-    is_over.map_or(least, |is_over| {
-        N::select(is_over, height * height / dot(normal, normal), least)
-    })
+    let least = of_edge([a, b]).min(of_edge([b, c])).min(of_edge([c, a]));
+    N::select(is_over, height * height / dot(normal, normal), least)
 }
 
 /// The square of the distance of an edge from the origin.
@@ -50,7 +51,7 @@ pub(super) fn of_edge<N: Number>([from, to]: [[N; 3]; 2]) -> N {
 }
 
 #[inline(always)]
-fn minus<N: Number>(a: [N; 3], b: [N; 3]) -> [N; 3] {
+pub(super) fn minus<N: Number>(a: [N; 3], b: [N; 3]) -> [N; 3] {
     zip(a, b, |a, b| a - b)
 }
 

@@ -1,11 +1,13 @@
 //! Rows of the features that are nearest to each other.
 
-use super::features::{Edge, NONE, Shells};
 use super::distance::between_edges;
-use super::lists::{Candidates, NOISE};
+use super::features::{Edge, NONE, Shells};
+use super::glance::squares;
+use super::lists::{Candidates, ClusterPair, ListedPair, NOISE};
 use super::patch::Patch;
 use super::row::{ContactRow, EDGE, EDGES, FACE, OBSTACLE, VERTEX, features, key};
-use crate::number::{Real, Vector};
+use crate::columns::LANES;
+use crate::number::{Real, Vector, at_level};
 use crate::obstacles::Obstacles;
 use crate::triangle::{nearest, part_of_edge};
 use alloc::vec::Vec;
@@ -30,14 +32,16 @@ pub(super) struct Finder<'a, R: Real> {
     pub(super) rows: Vec<ContactRow<R>>,
     /// The keys of the rows.
     pub(super) keys: Vec<u64>,
+    /// The features of a list that may be near each other, and where they are in it.
+    pub(super) near: Vec<(u64, usize)>,
     /// Whether each vertex is in a row.
     pub(super) are_held: Vec<bool>,
 }
 
 impl<'a, R: Real> Finder<'a, R> {
     pub(super) fn new(at: &'a At<'a, R>, patch: &'a Patch<R>, margin: R) -> Self {
-        let (rows, keys, are_held) = (Vec::new(), Vec::new(), Vec::new());
-        Finder { at, patch, margin, rows, keys, are_held }
+        let (rows, keys, near, are_held) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Finder { at, patch, margin, rows, keys, near, are_held }
     }
 
     /// Finds the rows of features that may be near each other and of obstacles, in the order of
@@ -45,30 +49,41 @@ impl<'a, R: Real> Finder<'a, R> {
     pub(super) fn find(&mut self, lists: &mut Candidates<R>) {
         self.keys.clear();
         let most_margin = self.margin;
-        let noise = self.at.shells.reach() * NOISE;
         for &number in &lists.due {
             let pair = &mut lists.pairs[number as usize];
-            self.margin = pair.margin;
-            let (worn, most) = (pair.worn, pair.worn + pair.margin.to_f64() + noise);
             let features = pair.features.start as usize..pair.features.end as usize;
-            pair.until = f64::INFINITY;
-            for listed in &mut lists.features[features] {
-                ALL.fetch_add(1, core::sync::atomic::Ordering::Relaxed);
-                if listed.until < most {
-                    SEEN.fetch_add(1, core::sync::atomic::Ordering::Relaxed);
-                    listed.until = worn + self.see(listed.key).to_f64();
-                }
-                pair.until = pair.until.min(listed.until);
-            }
+            self.glance(pair, &mut lists.features[features.clone()]);
+            let untils = lists.features[features].iter().map(|listed| listed.until);
+            pair.until = untils.fold(pair.listed_to, f64::min);
         }
         self.margin = most_margin;
         self.add_rows();
         self.obstacles();
-        use core::sync::atomic::Ordering::Relaxed;
-        SUBS.fetch_add(1, Relaxed); DUE.fetch_add(lists.due.len() as u64, Relaxed); ROWS.fetch_add(self.rows.len() as u64, Relaxed);
-        PAIRS.fetch_add(lists.pairs.len() as u64, Relaxed);
-        let n = SUBS.load(Relaxed);
-        if n % 200 == 0 { std::eprintln!("finds {n}: pairs {} due {} listed {} seen {} rows {} margin {} clusters {}", PAIRS.swap(0, Relaxed)/200, DUE.swap(0, Relaxed)/200, ALL.swap(0, Relaxed)/200, SEEN.swap(0, Relaxed)/200, ROWS.swap(0, Relaxed)/200, self.margin, self.at.shells.clusters.len()); }
+    }
+
+    /// Looks at the listed features of a pair between which the gap may be less than its margin.
+    fn glance(&mut self, pair: &ClusterPair<R>, listed: &mut [ListedPair]) {
+        self.margin = pair.margin;
+        let margin = pair.margin + R::of(self.at.shells.reach() * NOISE);
+        let most = pair.worn + margin.to_f64();
+        let mut near = core::mem::take(&mut self.near);
+        near.clear();
+        let keys = (0..).zip(&*listed).filter(|(_, pair)| pair.until < most);
+        near.extend(keys.map(|(at, pair)| (pair.key, at)));
+        for of_kind in near.chunk_by(|a, b| a.0 >> 62 == b.0 >> 62) {
+            for few in of_kind.chunks(LANES) {
+                let points = (self.at.shells, &self.patch.points[..]);
+                let squares = at_level!(self.at.level, simd => squares::<_, R>(simd, points, few));
+                for (&(key, at), square) in few.iter().zip(squares) {
+                    let mut gap = square.sqrt() - pair.stop;
+                    if gap < margin {
+                        gap = self.see(key);
+                    }
+                    listed[at].until = pair.worn + gap.to_f64();
+                }
+            }
+        }
+        self.near = near;
     }
 
     /// Takes note of the row of two features, if they have one; returns the gap between them.
@@ -441,12 +456,3 @@ fn turns_by<R: Real>([a, b, c]: [R::Vec3; 3], (normal, distance): (R::Vec3, R)) 
     let by = distance / (b - a).cross(c - a).dot(normal);
     [c - b, a - c, b - a].map(|side| normal.cross(side) * by)
 }
-
-extern crate std;
-use core::sync::atomic::AtomicU64;
-static ALL: AtomicU64 = AtomicU64::new(0);
-static SEEN: AtomicU64 = AtomicU64::new(0);
-static SUBS: AtomicU64 = AtomicU64::new(0);
-static DUE: AtomicU64 = AtomicU64::new(0);
-static ROWS: AtomicU64 = AtomicU64::new(0);
-static PAIRS: AtomicU64 = AtomicU64::new(0);

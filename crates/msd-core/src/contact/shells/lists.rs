@@ -1,7 +1,7 @@
 //! Lists of features that may be near each other, which serve for many substeps.
 
 use super::clusters::Cluster;
-use super::distance::{between_edges, of_edge, of_face};
+use super::distance::{between_edges, minus, of_edge, of_face};
 use super::features::Shells;
 use super::margins::Margins;
 use super::row::{EDGE, EDGES, FACE, key};
@@ -34,6 +34,8 @@ pub(super) struct ClusterPair<R> {
     pub(super) listed_to: f64,
     /// The margin of this substep, metres.
     pub(super) margin: R,
+    /// The distance at which the shells stop each other, metres.
+    pub(super) stop: R,
     pub(super) features: Range<u32>,
 }
 
@@ -176,7 +178,8 @@ impl<R: Real> Candidates<R> {
             let last = boxes[own as usize].high().components()[0].to_f64() + far.to_f64();
             for &other in order[at..].iter().take_while(|&&other| low(other) <= last) {
                 let clusters = [own.min(other), own.max(other)];
-                let [a, b] = clusters.map(|cluster| shells.clusters[cluster as usize].shell(shells));
+                let [a, b] =
+                    clusters.map(|cluster| shells.clusters[cluster as usize].shell(shells));
                 let distance = || boxes[own as usize].distance(boxes[other as usize]);
                 if do_meet(shells.rows(), [a, b]) && distance() < far {
                     found.push(clusters);
@@ -189,8 +192,16 @@ impl<R: Real> Candidates<R> {
             let new = || {
                 let [own, other] = clusters.map(|cluster| boxes[cluster as usize]);
                 let apart = own.distance(other).to_f64() - shells.reach();
-                let (until, listed_to, margin) = (apart, apart, R::ZERO);
-                ClusterPair { clusters, worn: 0.0, until, listed_to, margin, features: 0..0 }
+                let first = clusters.map(|cluster| shells.clusters[cluster as usize].vertices[0]);
+                ClusterPair {
+                    clusters,
+                    worn: 0.0,
+                    until: apart,
+                    listed_to: apart,
+                    margin: R::ZERO,
+                    stop: shells.law_of::<R>(first[0], first[1]).0,
+                    features: 0..0,
+                }
             };
             let before = known.next_if(|before| before.clusters == clusters);
             self.pairs.push(before.unwrap_or_else(new));
@@ -208,7 +219,7 @@ impl<R: Real> Candidates<R> {
         let pair = &mut self.pairs[number];
         let [own, other] = pair.clusters.map(|cluster| &shells.clusters[cluster as usize]);
         let boxes = [own, other].map(|cluster| cluster.extent(shells, positions));
-        let (stop, _) = shells.law_of::<R>(own.vertices[0], other.vertices[0]);
+        let stop = pair.stop;
         let apart = (boxes[0].distance(boxes[1]) - stop).to_f64();
         let edge = own.longest(shells, positions).max(other.longest(shells, positions));
         let skin = (SKIN * edge.to_f64()).max(2.0 * needed) + needed;
@@ -351,19 +362,19 @@ impl<R: Real> Search<R> {
         }
         let ends = |edge: u32| at.0.edges[edge as usize].ends;
         self.edges.fill(at, (&sides[1].edges, ends), (boxes[0], self.reach));
-        let own: &[u32] = &sides[0].edges;
-        for &edge in own {
+        for (number, &edge) in sides[0].edges.iter().enumerate() {
             let [a, b]: [R::Vec3; 2] = at.0.points(at.1, ends(edge));
             if !boxes[1].is_near(Extent::around([a, b].into_iter()), self.reach) {
                 continue;
             }
-            let line = [a, b].map(|end| end.components().map(|x| Pack::<S, R>::new(simd, x)));
+            let line = [splat(simd, a), splat(simd, b)];
             let own = ends(edge);
             let near = &mut self.near;
-            self.edges.see(simd, self.reach, |other| between_edges(line, other), |other, square| {
-                let is_other = !is_one || edge < other;
-                let apart = ends(other).iter().all(|end| !own.contains(end));
-                if is_other && apart {
+            let square = |other| between_edges(line, other);
+            // Of two edges of one cluster the first sees the other.
+            let first = if is_one { number + 1 } else { 0 };
+            self.edges.see(simd, (first, self.reach), square, |other, square| {
+                if ends(other).iter().all(|end| !own.contains(end)) {
                     near.push((key(EDGES, edge.min(other), edge.max(other)), square));
                 }
             });
@@ -375,10 +386,10 @@ impl<R: Real> Search<R> {
         for at in 0..self.vertices.features.len() {
             let (vertex, here) = self.vertices.one(simd, at);
             let near = &mut self.near;
-            let square = |corners: [[Pack<S, R>; 3]; 3]| {
-                of_face(corners.map(|corner| zip(corner, here, |a, b| a - b)))
+            let square = |[a, b, c]: [[Pack<S, R>; 3]; 3]| {
+                of_face([minus(a, here), minus(b, here), minus(c, here)])
             };
-            self.faces.see(simd, self.reach, square, |face, square| {
+            self.faces.see(simd, (0, self.reach), square, |face, square| {
                 if !shells.faces[face as usize].corners.contains(&vertex) {
                     near.push((key(FACE, vertex, face), square));
                 }
@@ -391,16 +402,22 @@ impl<R: Real> Search<R> {
         for at in 0..self.vertices.features.len() {
             let (vertex, here) = self.vertices.one(simd, at);
             let near = &mut self.near;
-            let square = |ends: [[Pack<S, R>; 3]; 2]| {
-                of_edge(ends.map(|end| zip(end, here, |a, b| a - b)))
-            };
-            self.edges.see(simd, self.reach, square, |edge, square| {
+            let square =
+                |ends: [[Pack<S, R>; 3]; 2]| of_edge(ends.map(|end| zip(end, here, |a, b| a - b)));
+            self.edges.see(simd, (0, self.reach), square, |edge, square| {
                 if !shells.edges[edge as usize].ends.contains(&vertex) {
                     near.push((key(EDGE, vertex, edge), square));
                 }
             });
         }
     }
+}
+
+/// A vector in each lane.
+#[inline(always)]
+fn splat<S: Simd, R: Real>(simd: S, vector: R::Vec3) -> [Pack<S, R>; 3] {
+    let [x, y, z] = vector.components();
+    [Pack::new(simd, x), Pack::new(simd, y), Pack::new(simd, z)]
 }
 
 /// Features of so many points each, in columns of whole registers.
@@ -450,27 +467,33 @@ impl<R: Real, const POINTS: usize> Lanes<R, POINTS> {
     /// A feature of one point.
     #[inline(always)]
     fn one<S: Simd>(&self, simd: S, at: usize) -> (u32, [Pack<S, R>; 3]) {
-        let column = &self.columns[0];
-        (self.features[at], [0, 1, 2].map(|axis| Pack::new(simd, column[axis][at])))
+        let [x, y, z] = &self.columns[0];
+        let here = R::Vec3::from_components([x[at], y[at], z[at]]);
+        (self.features[at], splat(simd, here))
     }
 
-    /// Sees the features within reach, by the squares of their distances, a register at a time.
+    /// Sees the features within reach from one of them on, by the squares of their distances, a
+    /// register at a time.
     #[inline(always)]
     fn see<S: Simd>(
         &self,
         simd: S,
-        reach: R,
+        (first, reach): (usize, R),
         square: impl Fn([[Pack<S, R>; 3]; POINTS]) -> Pack<S, R>,
         mut see: impl FnMut(u32, R),
     ) {
         let lanes = Pack::<S, R>::LEN;
         let most = reach * reach;
-        for (part, features) in self.features.chunks(lanes).enumerate() {
-            let read = |numbers: &Vec<R>| Pack::from_slice(simd, &numbers[part * lanes..][..lanes]);
-            let points = self.columns.each_ref().map(|point| point.each_ref().map(read));
+        for part in (first / lanes * lanes..self.features.len()).step_by(lanes) {
+            let read = |numbers: &Vec<R>| Pack::from_slice(simd, &numbers[part..][..lanes]);
+            let mut points = [[Pack::<S, R>::new(simd, R::ZERO); 3]; POINTS];
+            for (point, column) in points.iter_mut().zip(&self.columns) {
+                *point = [read(&column[0]), read(&column[1]), read(&column[2])];
+            }
             let mut squares = [R::ZERO; LANES];
             square(points).store_slice(&mut squares[..lanes]);
-            for (&feature, &square) in features.iter().zip(&squares) {
+            let features = self.features[part..].iter().zip(squares).take(lanes);
+            for (&feature, square) in features.skip(first.saturating_sub(part)) {
                 if square < most {
                     see(feature, square);
                 }

@@ -21,6 +21,7 @@ mod lists;
 mod row;
 mod margins;
 mod patch;
+mod glance;
 mod find;
 mod sweep;
 mod rows;

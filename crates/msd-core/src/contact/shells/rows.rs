@@ -27,6 +27,7 @@ pub(crate) struct ShellRows<R: Real> {
     kept: Vec<(R, R::Vec3)>,
     /// What a search takes note of.
     keys: Vec<u64>,
+    near: Vec<(u64, usize)>,
     are_held: Vec<bool>,
 }
 
@@ -116,9 +117,11 @@ impl<R: Real> ShellRows<R> {
             let mut found = Finder::new(at, &self.patch, margin);
             found.rows = core::mem::take(&mut self.rows);
             found.keys = core::mem::take(&mut self.keys);
+            found.near = core::mem::take(&mut self.near);
             found.are_held = core::mem::take(&mut self.are_held);
             found.find(&mut self.lists);
-            (self.rows, self.keys, self.are_held) = (found.rows, found.keys, found.are_held);
+            (self.rows, self.keys) = (found.rows, found.keys);
+            (self.near, self.are_held) = (found.near, found.are_held);
             self.warm(at);
         }
         is_fast || !are_all
