@@ -99,6 +99,10 @@ impl<R: Real> Extent<R> {
         self.high
     }
 
+    pub(crate) fn middle(&self) -> R::Vec3 {
+        (self.low + self.high) * R::HALF
+    }
+
     /// Whether another box is within some distance of it along every axis.
     #[inline(always)]
     pub(crate) fn is_near(self, other: Self, distance: R) -> bool {

@@ -162,7 +162,7 @@ impl<R: Real> Candidates<R> {
         boxes.clear();
         boxes.extend(shells.clusters.iter().map(|cluster| cluster.extent(shells, positions)));
         let sizes = boxes.iter().map(|extent| extent.diagonal().sqrt().to_f64()).sum::<f64>();
-        let beyond = (sizes / boxes.len() as f64).max(2.0 * needed);
+        let beyond = (BEYOND * sizes / boxes.len() as f64).max(2.0 * needed);
         let far = R::of(shells.reach() + beyond);
         (self.worn, self.found_to) = (0.0, beyond);
         let old = core::mem::take(&mut self.pairs);
@@ -288,6 +288,8 @@ impl<R: Real> Candidates<R> {
 const MOST_PAIRS: usize = 256;
 /// More than the part of a reach that rounding is worth.
 pub(super) const NOISE: f64 = 0.01;
+/// How far clusters are looked for, in their size.
+const BEYOND: f64 = 0.5;
 /// How far beyond their reach features are listed, in edges: less than features that share no
 /// vertex are apart in flat surface.
 const SKIN: f64 = 0.33;

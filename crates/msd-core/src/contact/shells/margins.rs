@@ -1,0 +1,96 @@
+//! How much closer features may come to each other in a substep.
+
+use super::features::Shells;
+use super::find::At;
+use super::row::{ContactRow, EDGE, FACE, VERTEX, features};
+use crate::columns::extent::Extent;
+use crate::columns::vector;
+use crate::number::Real;
+use alloc::vec::Vec;
+
+/// The velocities that the particles of each cluster may have in a substep: impulses leave them
+/// between those that they have after the kick and those of what they touch.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Margins<R: Real> {
+    /// Those after the kick.
+    free: Vec<Extent<R>>,
+    /// Those, and those of what touched the cluster in the last substep and of the obstacles that
+    /// it may reach.
+    met: Vec<Extent<R>>,
+    /// The margin that holds for all, metres, and what a speed is multiplied by, seconds.
+    most: R,
+    seconds: R,
+}
+
+impl<R: Real> Margins<R> {
+    /// Sets the margins of a substep before a kick of `length` seconds, from the rows of the last
+    /// one; `most` holds for all clusters, and `seconds` is the substep and a bit.
+    pub(super) fn set(
+        &mut self,
+        at: &At<'_, R>,
+        [positions, velocities, forces]: [&[R]; 3],
+        (length, seconds): (R, R),
+        (last, most): (&[ContactRow<R>], R),
+    ) {
+        (self.most, self.seconds) = (most, seconds);
+        let after = |&vertex: &u32| {
+            let place = at.shells.vertices[vertex as usize].at as usize;
+            let kick = vector::<R>(forces, place) * (at.inverse_masses[place] * length);
+            vector::<R>(velocities, place) + kick
+        };
+        let clusters = &at.shells.clusters;
+        self.free.clear();
+        self.free.extend(clusters.iter().map(|of| Extent::around(of.corners.iter().map(after))));
+        self.met.clear();
+        self.met.extend_from_slice(&self.free);
+        if !at.obstacles.is_empty() {
+            for (number, cluster) in clusters.iter().enumerate() {
+                let around = cluster.extent(at.shells, positions);
+                self.meet_obstacles(at, number, around);
+            }
+        }
+        for row in last.iter().filter(|row| row.push != R::ZERO && !row.is_of_obstacle()) {
+            let [own, other] = clusters_of(at.shells, row.key).map(|cluster| cluster as usize);
+            let both = self.free[own].with(self.free[other]);
+            for cluster in [own, other] {
+                self.met[cluster] = self.met[cluster].with(both);
+            }
+        }
+    }
+
+    /// Adds the velocities of the obstacles that a cluster may reach.
+    fn meet_obstacles(&mut self, at: &At<'_, R>, number: usize, around: Extent<R>) {
+        let At { obstacles, time, .. } = *at;
+        let middle = around.middle();
+        let size = around.diagonal().sqrt() * R::HALF;
+        for index in 0..obstacles.count() {
+            let obstacle = obstacles.get(index);
+            let velocity = obstacle.velocity(middle, time);
+            let mut both = self.free[number];
+            both.add(velocity);
+            let way = both.diagonal().sqrt() * self.seconds;
+            if obstacle.gap(middle, time) < size + way {
+                self.met[number].add(velocity);
+            }
+        }
+    }
+
+    /// By how much two clusters, or the features of one, may come closer to each other, metres.
+    pub(super) fn between(&self, clusters: [u32; 2]) -> R {
+        let [own, other] = clusters.map(|cluster| self.met[cluster as usize]);
+        (own.with(other).diagonal().sqrt() * self.seconds).min(self.most)
+    }
+}
+
+/// The clusters of the features of a row.
+fn clusters_of(shells: &Shells, key: u64) -> [u32; 2] {
+    let [a, b] = features(key);
+    let edge = |edge: u32| shells.edges[edge as usize].ends[0];
+    let vertices = match key >> 62 {
+        FACE => [a, shells.faces[b as usize].corners[0]],
+        EDGE => [a, edge(b)],
+        VERTEX => [a, b],
+        _ => [edge(a), edge(b)],
+    };
+    vertices.map(|vertex| shells.cluster_of[vertex as usize])
+}
