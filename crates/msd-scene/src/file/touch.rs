@@ -1,4 +1,5 @@
-//! Radii and contact of the particles of bodies, from the keys `touch`.
+//! How bodies touch, from the keys `touch`: by the thickness of their surfaces, or by the radii of
+//! their particles where a body of the file has a key of these.
 
 mod shells;
 mod starts;
@@ -30,11 +31,15 @@ pub(crate) fn touch(
     notes: &mut Vec<String>,
 ) -> Result<(), FileError> {
     let mut rows = vec![None; bodies.len()];
+    let all = || bodies.iter().filter_map(|body| body.touch.as_ref());
+    let are_balls = all().any(|touch| touch.thickness.is_none() && shells::has_radius(touch));
     for (row, body) in bodies.iter().enumerate() {
         let Some(touch) = &body.touch else { continue };
-        if let Some(thickness) = touch.thickness {
+        let by_default = || shells::thickness(scene, row).filter(|_| !are_balls);
+        if let Some(thickness) = touch.thickness.or_else(by_default) {
             rows[row] = Some(Meeting::Thickness(scene.shells.len()));
             let shell = shells::made(source, (row, touch), thickness, scene)?;
+            notes.extend(touch.triangles.map(|_| superfluous(&scene.bodies[row].name)));
             scene.shells.push(shell);
             continue;
         }
@@ -78,6 +83,14 @@ pub(crate) fn touch(
 enum Meeting {
     Radius(usize),
     Thickness(usize),
+}
+
+/// A line where triangles are asked for that meet by themselves.
+fn superfluous(body: &str) -> String {
+    format!(
+        "{body}: `touch.triangles` has no effect: the surface meets others by its triangles, at a \
+         `thickness`"
+    )
 }
 
 /// A line where some bodies have a radius and others a thickness.
@@ -194,8 +207,7 @@ fn triangles(source: &Source<'_>, row: usize, scene: &Scene) -> Result<Vec<[usiz
     Ok(all.filter(|[a, b, c]| a != b && b != c && c != a).collect())
 }
 
-/// How the particles of a body of a scene touch by default, as `touch = {}` in a scene file says;
-/// `None` where its springs say no radius or no stiffness, or there is no such body.
+/// How the particles of a body of a scene touch by their radii by default; `None` where its springs say no radius or no stiffness, or there is no such body.
 pub fn default_touch(scene: &Scene, body: usize) -> Option<Touch> {
     let particles = scene.bodies.get(body).map(|_| outside(scene, body))?;
     if particles.is_empty() {

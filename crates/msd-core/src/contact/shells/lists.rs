@@ -45,6 +45,7 @@ pub(super) struct Candidates<R: Real> {
     /// The pairs that may matter in this substep, in order.
     pub(super) due: Vec<u32>,
     pub(super) pairs: Vec<ClusterPair<R>>,
+    before: Vec<ClusterPair<R>>,
     pub(super) features: Vec<ListedPair>,
     /// The vertices of the clusters of those pairs and those that edges join to them.
     pub(super) vertices: Vec<u32>,
@@ -165,8 +166,9 @@ impl<R: Real> Candidates<R> {
         let beyond = (BEYOND * sizes / boxes.len() as f64).max(2.0 * needed);
         let far = R::of(shells.reach() + beyond);
         (self.worn, self.found_to) = (0.0, beyond);
-        let old = core::mem::take(&mut self.pairs);
-        let mut known = old.into_iter().filter(|_| self.is_listed).peekable();
+        core::mem::swap(&mut self.pairs, &mut self.before);
+        let is_listed = self.is_listed;
+        let mut known = self.before.drain(..).filter(|_| is_listed).peekable();
         let order = &mut self.search.order;
         order.clear();
         order.extend(0..boxes.len() as u32);

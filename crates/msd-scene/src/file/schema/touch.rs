@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TouchRow {
-    /// Distance that its surface keeps on each side, or a rope without one on all, metres. Then it
-    /// meets those of other bodies by impulses instead of by radii of particles, without a
-    /// stiffness. A tenth of the spacing is a good choice.
+    /// Distance that its surface keeps on each side, or a rope without one on all, metres. It meets
+    /// those of other bodies by impulses, without a stiffness. Default a tenth of the spacing; none
+    /// where a body has a key of particles with a radius.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thickness: Option<f64>,
-    /// Radius of each particle, metres. Default 0.45 of the spacing.
+    /// Radius of each particle, metres, instead of a thickness. Default 0.45 of the spacing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radius: Option<f64>,
     /// Stiffness of each particle, newtons per metre. Default an eighth of that of its springs.

@@ -15,6 +15,32 @@ const THICKEST: f64 = 0.4;
 /// The longest spring that is an edge, as a part of the spacing: longer ones span particles.
 const LONGEST: f64 = 1.5;
 
+/// The thickness by default, as a part of the spacing.
+const THICKNESS: f64 = 0.1;
+
+/// The keys of `touch` that are for particles with a radius, and whether each is there.
+fn of_radii(touch: &TouchRow) -> [(&'static str, bool); 5] {
+    [
+        ("radius", touch.radius.is_some()),
+        ("stiffness", touch.stiffness.is_some()),
+        ("damping", touch.damping.is_some()),
+        ("obstacles", touch.obstacles.is_some()),
+        ("with", !touch.with.is_empty()),
+    ]
+}
+
+/// Whether a key says that particles have a radius.
+pub(super) fn has_radius(touch: &TouchRow) -> bool {
+    of_radii(touch).into_iter().any(|(_, is_there)| is_there)
+}
+
+/// The thickness of a body by default, metres; none of one without springs, which say how far apart
+/// its particles are.
+pub(super) fn thickness(scene: &Scene, row: usize) -> Option<f64> {
+    let particles: Vec<usize> = super::outside(scene, row);
+    own(scene, row, &particles).spacing.map(|spacing| THICKNESS * spacing)
+}
+
 /// The shell of a body: its surface, or the springs of one that has none.
 ///
 /// # Errors
@@ -26,15 +52,7 @@ pub(super) fn made(
     scene: &Scene,
 ) -> Result<Shell, FileError> {
     let key = format!("bodies[{row}].touch");
-    let others = [
-        ("radius", touch.radius.is_some()),
-        ("stiffness", touch.stiffness.is_some()),
-        ("damping", touch.damping.is_some()),
-        ("triangles", touch.triangles.is_some()),
-        ("obstacles", touch.obstacles.is_some()),
-        ("with", !touch.with.is_empty()),
-    ];
-    if let Some((name, _)) = others.into_iter().find(|(_, is_there)| *is_there) {
+    if let Some((name, _)) = of_radii(touch).into_iter().find(|(_, is_there)| *is_there) {
         let reason = "is for particles with a radius, and has no place beside `thickness`, by \
                       which surfaces meet without a stiffness: leave one of them out";
         return Err(source.refuse(format_args!("{key}.{name}"), reason));
@@ -49,8 +67,8 @@ pub(super) fn made(
     }
     let body = &scene.bodies[row];
     let has_surface = !body.surface.triangles.is_empty();
-    let springs = &scene.springs[body.springs.clone()];
     let longest = spacing.map_or(f64::INFINITY, |spacing| LONGEST * spacing);
+    let springs = &scene.springs[body.springs.clone()];
     let short = springs.iter().filter(|spring| spring.rest_length <= longest);
     let friction = touch.friction.unwrap_or(FRICTION);
     Ok(Shell {
