@@ -12,7 +12,7 @@ fn load(bodies: &str) -> Loaded {
 fn defaults_follow_from_the_springs() {
     let loaded = load(
         "[[bodies]]\nkind = 'cloth'\nsize = [5, 5]\nspacing = 0.2\nstiffness = 80\ndamping = 0.4\n\
-         touch = {}\n",
+         touch = { obstacles = false }\n",
     );
     let [touch] = &loaded.scene.touches[..] else { panic!("one row") };
     let Touch { particles, radius, stiffness, damping, friction, itself, obstacles, .. } = touch;
@@ -29,7 +29,7 @@ fn defaults_follow_from_the_springs() {
 #[test]
 fn a_block_touches_with_its_surface_a_rope_with_all_of_it() {
     let loaded = load(
-        "[[bodies]]\nkind = 'block'\nsize = [5, 5, 5]\ntouch = { itself = false }\n\
+        "[[bodies]]\nkind = 'block'\nsize = [5, 5, 5]\ntouch = { damping = 1 }\n\
          [[bodies]]\nkind = 'rope'\nsize = [7]\nposition = [0, 9, 0]\ntouch = {}\n\
          [[bodies]]\nkind = 'rope'\nsize = [7]\nposition = [0, 19, 0]\n",
     );
@@ -39,14 +39,17 @@ fn a_block_touches_with_its_surface_a_rope_with_all_of_it() {
 
 #[test]
 fn bodies_are_ignored_by_name_in_either_order() {
-    let rope = |name: &str, ignore: &str| {
+    let rope = |name: &str, ignore: &str, key: &str| {
         format!(
             "[[bodies]]\nkind = 'rope'\nname = '{name}'\nsize = [3]\n\
-             touch = {{ ignore = [{ignore}] }}\n"
+             touch = {{ {key} ignore = [{ignore}] }}\n"
         )
     };
-    let text = [rope("a", "'c'"), rope("b", "'a'"), rope("c", "")].concat();
-    let rows = load(&text).scene.touches;
+    let all = |key: &str| [rope("a", "'c'", key), rope("b", "'a'", ""), rope("c", "", "")].concat();
+    let rows = load(&all("")).scene.shells;
+    let ignored: Vec<&[usize]> = rows.iter().map(|row| &row.ignored[..]).collect();
+    assert_eq!(ignored, [&[][..], &[0], &[0]]);
+    let rows = load(&all("radius = 0.4,")).scene.touches;
     let ignored: Vec<&[usize]> = rows.iter().map(|row| &row.ignored[..]).collect();
     assert_eq!(ignored, [&[][..], &[0], &[0]]);
 }
@@ -87,7 +90,7 @@ fn a_sheet_that_leaks_is_told_and_one_radius_is_offered() {
         );
         load(&text).notes
     };
-    assert!(notes("").is_empty() && notes("radius = 0.04").is_empty());
+    assert!(notes("damping = 1").is_empty() && notes("radius = 0.04").is_empty());
     let told = &notes("radius = 0.03")[0];
     assert!(told.contains("leak already at rest; from a radius of 0.045 m on"), "{told}");
     // Two particles of a radius of 0.036 m in the middle of a square: 0.036 x 2 √2 / 0.1 = 1.018.
@@ -103,10 +106,15 @@ fn triangles_are_those_of_the_surface() {
         let text = format!("[[bodies]]\nkind = {kind}\nspacing = 0.2\ntouch = {{ {triangles} }}\n");
         load(&text).scene.touches
     };
-    assert!(rows("'cloth'\nsize = [4, 5]", "")[0].triangles.is_empty());
-    assert!(rows("'cloth'\nsize = [4, 5]", "triangles = false")[0].triangles.is_empty());
-    assert_eq!(rows("'cloth'\nsize = [4, 5]", "triangles = true")[0].triangles.len(), 2 * 3 * 4);
-    let [block] = &rows("'block'\nsize = [3, 4, 5]", "triangles = true")[..] else {
+    assert!(rows("'cloth'\nsize = [4, 5]", "damping = 1")[0].triangles.is_empty());
+    assert!(
+        rows("'cloth'\nsize = [4, 5]", "damping = 1, triangles = false")[0].triangles.is_empty()
+    );
+    assert_eq!(
+        rows("'cloth'\nsize = [4, 5]", "damping = 1, triangles = true")[0].triangles.len(),
+        2 * 3 * 4
+    );
+    let [block] = &rows("'block'\nsize = [3, 4, 5]", "damping = 1, triangles = true")[..] else {
         panic!("one row")
     };
     assert_eq!(block.triangles.len(), 4 * (2 * 3 + 3 * 4 + 4 * 2));
@@ -137,7 +145,10 @@ const REFUSED: [(&str, &str); 16] = [
     ("touch = { radius = 2 }", "bodies[0].touch.radius is 2; it must be at most the spacing, 1 m"),
     ("touch = { friction = -1 }", "bodies[0].touch.friction is -1; it must be finite and not"),
     ("touch = { ignore = ['rop'] }", "touch.ignore[0] names no body: \"rop\"; `rope` is one"),
-    ("touch = { triangles = true }", "touch.triangles needs a surface, and this body has none"),
+    (
+        "touch = { radius = 0.1, triangles = true }",
+        "touch.triangles needs a surface, and this body has none",
+    ),
     ("touch = { ignore = ['rope'] }", "touch.ignore[0] is the body itself; ... itself = false"),
     ("touch = { raduis = 1 }", "raduis"),
     ("touch = [0.1]", "s.toml:5:9: bodies[0].touch is a list; it must be a table"),
@@ -162,7 +173,10 @@ const REFUSED: [(&str, &str); 16] = [
     ("touch = { with = [{ body = 'rop' }] }", "with[0].body names no body: \"rop\"; `rope` is one"),
     ("touch = { with = [{ body = 'rope' }] }", "touch.with[0].body is the body itself; its own"),
     ("touch = { with = [{ body = 'rope', friction = -1 }] }", "with[0].friction is -1; it must be"),
-    ("stiffness = 0\ntouch = {}", "bodies[0].touch lacks the key `stiffness`: the body has no"),
+    (
+        "stiffness = 0\ntouch = { radius = 0.1 }",
+        "bodies[0].touch lacks the key `stiffness`: the body has no",
+    ),
 ];
 
 #[test]
@@ -192,7 +206,7 @@ fn cubes(moved: [f64; 3], touch: [&str; 2], more: &str) -> Vec<String> {
 
 #[test]
 fn a_body_that_starts_inside_another_is_told() {
-    let both = ["touch = {}"; 2];
+    let both = ["touch = { radius = 0.045 }"; 2];
     // Of 64 particles 27 are inside, of which 8 are inside of b too. Each is √3 x 0.05 m from the
     // nearest corners of the squares around it, and two radii more are 0.09 m.
     let told = "b starts inside a with 19 of the 56 particles by which it touches, up to about \
@@ -242,6 +256,40 @@ fn a_thickness_makes_shells_of_surfaces_and_of_the_springs_of_ropes() {
 }
 
 #[test]
+fn bodies_meet_by_a_tenth_of_their_spacing_unless_a_key_gives_radii() {
+    let cloth = |touch: &str| {
+        let body = "[[bodies]]\nkind = 'cloth'\nsize = [3, 3]\nspacing = 0.1";
+        load(&format!(
+            "{body}\nname = 'a'\ntouch = {touch}\n{body}\nname = 'b'\nposition = [0, 0, 1]\n\
+                        touch = {{}}\n"
+        ))
+    };
+    let loaded = cloth("{ friction = 0.25 }");
+    let [a, b] = &loaded.scene.shells[..] else { panic!("two shells") };
+    assert!((a.thickness - 0.01).abs() < 1e-15 && a.thickness == b.thickness);
+    assert_eq!((a.friction, b.friction, a.itself), (0.25, 0.5, true));
+    assert!(loaded.scene.touches.is_empty() && loaded.notes.is_empty());
+    let loaded = cloth("{ triangles = true }");
+    assert_eq!((loaded.scene.shells.len(), loaded.notes.len()), (2, 1));
+    assert!(
+        loaded.notes[0].starts_with("a: `touch.triangles` has no effect"),
+        "{:?}",
+        loaded.notes
+    );
+    for key in ["radius = 0.04", "stiffness = 9", "damping = 1", "obstacles = true"] {
+        let loaded = cloth(&format!("{{ {key} }}"));
+        assert_eq!((loaded.scene.shells.len(), loaded.scene.touches.len()), (0, 2), "{key}");
+    }
+}
+
+#[test]
+fn a_surface_that_starts_in_another_is_reported() {
+    let told = "b starts inside a with 19 of the 56 particles by which it touches, up to about";
+    let [note] = &cubes([0.05; 3], ["touch = {}"; 2], "")[..] else { panic!("one note") };
+    assert!(note.starts_with(told) && note.ends_with("they stay in each other: move one of them"));
+}
+
+#[test]
 fn keys_beside_a_thickness_and_a_thick_surface_are_refused() {
     let refused = |touch: &str, words: &str| {
         let body = "kind = 'cloth'\nsize = [3, 3]\nspacing = 0.1";
@@ -250,7 +298,7 @@ fn keys_beside_a_thickness_and_a_thick_surface_are_refused() {
         assert!(error.contains(words), "{error}");
     };
     refused("{ thickness = 0.01, radius = 0.04 }", "bodies[0].touch.radius is for particles");
-    refused("{ thickness = 0.01, triangles = true }", "bodies[0].touch.triangles is for");
+    refused("{ thickness = 0.01, damping = 1 }", "bodies[0].touch.damping is for particles");
     refused("{ thickness = 0 }", "bodies[0].touch.thickness is 0; it must be positive");
     let words = "bodies[0].touch.thickness is 0.05; it must be at most 0.4 of the spacing, 0.04 m";
     refused("{ thickness = 0.05 }", words);
@@ -259,7 +307,7 @@ fn keys_beside_a_thickness_and_a_thick_surface_are_refused() {
 #[test]
 fn a_radius_and_a_thickness_that_do_not_meet_are_noted() {
     let notes = load(
-        "[[bodies]]\nkind = 'rope'\nname = 'a'\nsize = [3]\ntouch = {}\n\
+        "[[bodies]]\nkind = 'rope'\nname = 'a'\nsize = [3]\ntouch = { radius = 0.4 }\n\
          [[bodies]]\nkind = 'rope'\nname = 'b'\nsize = [3]\ntouch = { thickness = 0.01 }\n",
     )
     .notes;

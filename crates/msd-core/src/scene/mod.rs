@@ -22,7 +22,7 @@ pub use distances::{DistanceGrid, MOST_POINTS};
 pub use lattice::{Lattice, Neighbours};
 pub use look::{Look, Pattern};
 pub use part::{Material, Part};
-pub use shell::Shell;
+pub use shell::{Shell, do_meet};
 pub use solid::{KeyFrame, Shape, Solid};
 pub use substance::{Bending, Elasticity, Substance};
 pub use surface::{Corner, Surface};

@@ -8,8 +8,9 @@ use crate::mesh::Inside;
 use crate::nearby::Nearest;
 use glam::DVec3;
 use msd_core::obstacles::{Obstacle, Placed};
-use msd_core::scene::do_touch;
+use msd_core::scene::{Shell, do_meet, do_touch};
 use msd_core::{Body, Scene, Touch};
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 /// How deep particles may start inside an obstacle without a line, as a part of their spacing: they
@@ -111,8 +112,9 @@ const CORNER: f64 = 0.1;
 /// are pinned. Those with a link are meant to be where they are.
 pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
     let positions: Vec<DVec3> = scene.particles.iter().map(|row| row.position).collect();
-    let rows: Vec<Outside<'_>> =
-        scene.touches.iter().map(|touch| Outside::new(scene, touch, &positions)).collect();
+    let balls = scene.touches.iter().map(|touch| Outside::of_balls(scene, touch, &positions));
+    let shells = scene.shells.iter().map(|shell| Outside::of_shell(scene, shell, &positions));
+    let rows: Vec<Outside<'_>> = balls.chain(shells).collect();
     let pairs = meeting(scene, &rows);
     if pairs.is_empty() {
         return Vec::new();
@@ -124,8 +126,7 @@ pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
     let linked = linked(scene);
     // How deep a particle of a row is in another, metres; `None` where it is beside it.
     let depth = |particle: usize, row: usize, reach: f64| {
-        let may_push =
-            |other: usize| is_free[particle] || is_free[rows[row].touch.particles[other]];
+        let may_push = |other: usize| is_free[particle] || is_free[rows[row].particles[other]];
         let place = positions[particle];
         let nearest = rows[row].places[trees[row].find(place, may_push)?];
         let is_inside = solids[row].as_ref().is_some_and(|inside| inside.contains(place));
@@ -134,10 +135,10 @@ pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
     };
     let mut notes = Vec::new();
     for pair @ [first, second] in pairs {
-        let reach = rows[first].touch.radius + rows[second].touch.radius;
+        let reach = rows[first].radius + rows[second].radius;
         // The later one is in the other, or holds it.
         for [outer, inner] in [pair, [second, first]] {
-            let particles = &rows[inner].touch.particles;
+            let particles = &rows[inner].particles;
             let loose = particles.iter().filter(|particle| !linked.contains(particle));
             let found = loose.filter_map(|&particle| depth(particle, outer, reach));
             let (count, deepest) =
@@ -145,11 +146,12 @@ pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
             if CORNER * (particles.len() as f64) < f64::from(count) {
                 notes.push(format!(
                     "{} starts inside {} with {count} of the {} particles by which it touches, up \
-                     to about {} m deep: they push each other apart at once",
+                     to about {} m deep: they {}",
                     rows[inner].name,
                     rows[outer].name,
                     particles.len(),
                     told(deepest),
+                    rows[inner].outcome,
                 ));
                 break;
             }
@@ -160,7 +162,11 @@ pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
 
 /// The particles by which a body touches.
 struct Outside<'s> {
-    touch: &'s Touch,
+    particles: Cow<'s, [usize]>,
+    /// Their radius, or the thickness of their surface, metres.
+    radius: f64,
+    /// What becomes of it in another.
+    outcome: &'static str,
     name: &'s str,
     places: Vec<DVec3>,
     /// The triangles of its surface where that is closed, else none.
@@ -171,16 +177,34 @@ struct Outside<'s> {
 }
 
 impl<'s> Outside<'s> {
-    fn new(scene: &'s Scene, touch: &'s Touch, positions: &[DVec3]) -> Self {
-        let places: Vec<DVec3> = touch.particles.iter().map(|&row| positions[row]).collect();
-        let radius = DVec3::splat(touch.radius);
-        let low = places.iter().copied().reduce(DVec3::min).unwrap_or_default() - radius;
-        let high = places.iter().copied().reduce(DVec3::max).unwrap_or_default() + radius;
-        let first = touch.particles.first().copied().unwrap_or_default();
+    fn of_balls(scene: &'s Scene, touch: &'s Touch, positions: &[DVec3]) -> Self {
+        let outcome = "push each other apart at once";
+        let particles = Cow::Borrowed(&touch.particles[..]);
+        Outside::new(scene, (particles, touch.radius, outcome), positions)
+    }
+
+    fn of_shell(scene: &'s Scene, shell: &'s Shell, positions: &[DVec3]) -> Self {
+        let corners = shell.triangles.as_flattened().iter().chain(shell.edges.as_flattened());
+        let particles: BTreeSet<usize> = corners.copied().collect();
+        let outcome = "stay in each other: move one of them";
+        let particles = Cow::Owned(particles.into_iter().collect());
+        Outside::new(scene, (particles, shell.thickness, outcome), positions)
+    }
+
+    fn new(
+        scene: &'s Scene,
+        (particles, radius, outcome): (Cow<'s, [usize]>, f64, &'static str),
+        positions: &[DVec3],
+    ) -> Self {
+        let places: Vec<DVec3> = particles.iter().map(|&row| positions[row]).collect();
+        let around = DVec3::splat(radius);
+        let low = places.iter().copied().reduce(DVec3::min).unwrap_or_default() - around;
+        let high = places.iter().copied().reduce(DVec3::max).unwrap_or_default() + around;
+        let first = particles.first().copied().unwrap_or_default();
         let body = scene.bodies.partition_point(|body| body.particles.end <= first);
         let Body { name, surface, .. } = &scene.bodies[body];
         let closed = if surface.two_sided { Vec::new() } else { surface.particles().collect() };
-        Outside { touch, name, places, closed, low, high }
+        Outside { particles, radius, outcome, name, places, closed, low, high }
     }
 
     fn meets(&self, other: &Outside<'_>) -> bool {
@@ -192,7 +216,7 @@ impl<'s> Outside<'s> {
     }
 }
 
-/// The rows of touches that touch each other and whose boxes overlap, in order.
+/// The rows that stop each other and whose boxes overlap, in order.
 fn meeting(scene: &Scene, rows: &[Outside<'_>]) -> Vec<[usize; 2]> {
     let mut order: Vec<usize> = (0..rows.len()).collect();
     order.sort_by(|&a, &b| rows[a].low.x.total_cmp(&rows[b].low.x));
@@ -202,10 +226,20 @@ fn meeting(scene: &Scene, rows: &[Outside<'_>]) -> Vec<[usize; 2]> {
         let beside = beside.take_while(|&&other| rows[other].low.x <= rows[row].high.x);
         let meeting = beside.filter(|&&other| rows[row].meets(&rows[other]));
         let pair = meeting.map(|&other| [row.min(other), row.max(other)]);
-        pairs.extend(pair.filter(|&pair| do_touch(&scene.touches, pair)));
+        pairs.extend(pair.filter(|&pair| may_meet(scene, pair)));
     }
     pairs.sort_unstable();
     pairs
+}
+
+/// Whether two rows stop each other: touches, and after them shells.
+fn may_meet(scene: &Scene, [first, second]: [usize; 2]) -> bool {
+    let balls = scene.touches.len();
+    match (first.checked_sub(balls), second.checked_sub(balls)) {
+        (None, None) => do_touch(&scene.touches, [first, second]),
+        (Some(first), Some(second)) => do_meet(&scene.shells, [first, second]),
+        _ => false,
+    }
 }
 
 /// The ends of the springs that belong to no body.
