@@ -23,9 +23,9 @@ const LONGEST: f32 = 1920.0;
 /// What a film is written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FilmFormat {
-    /// An animated WebP, without loss.
+    /// An animated WebP.
     WebP,
-    /// A PNG per frame, in a folder.
+    /// A PNG per frame, in a folder, without loss.
     Png,
     /// What ffmpeg makes of them.
     Mp4,
