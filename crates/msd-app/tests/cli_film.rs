@@ -75,7 +75,7 @@ fn a_film_as_webp_looks_as_its_frames_do() {
         assert_eq!(frames.len(), 6);
         for (number, (pixels, lasting)) in frames.iter().enumerate() {
             let alone = png(&path.join(format!("film/{number:03}.png")));
-            // Pixels are few here, and colours have half of their resolution: see below. What may be
+            // Pixels are few here, and colours have half of their resolution. What may be
             // transparent is without loss.
             let close = closeness(pixels, &alone);
             let least = if more.contains(&"none") { f64::INFINITY } else { 33.0 };
