@@ -109,7 +109,7 @@ mod painter {
     use super::super::{go_to, turn_to, usual_colours};
     use super::PICTURE;
     use egui::ColorImage;
-    use msd_render::{Gpu, Offscreen, Style, View, bounds};
+    use msd_render::{Gpu, Offscreen, Style, View, bounds_with_solids};
     use msd_run::{Runner, on};
     use msd_scene::Viewpoint;
     use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
@@ -177,7 +177,8 @@ mod painter {
             turn_to(&mut view.camera, opened.viewpoint);
             let image = on!(&opened.runner, simulation => {
                 let snapshot = simulation.snapshot();
-                view.camera.frame(bounds(&snapshot)?, width as f32 / height as f32);
+                let bounds = bounds_with_solids(&snapshot)?;
+                view.camera.frame(bounds, width as f32 / height as f32);
                 go_to(&mut view.camera, opened.viewpoint);
                 screen.render(&snapshot, &view).ok()?
             });
