@@ -33,6 +33,8 @@ pub struct Gallery {
     pub pictures: Vec<Picture>,
     /// The path that is being typed.
     pub path: String,
+    /// Whether it was just opened: the keyboard goes to the path.
+    pub(crate) is_new: bool,
     #[cfg(not(target_arch = "wasm32"))]
     painter: painter::Painter,
 }
@@ -50,6 +52,7 @@ impl Gallery {
             painter: painter::Painter::start(pictures.iter().map(|row| row.name.clone()).collect()),
             pictures,
             path: String::new(),
+            is_new: true,
         }
     }
 
