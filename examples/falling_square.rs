@@ -1,9 +1,9 @@
 //! A picture, falling_square.svg: five moments of the 4x4 square, springs green to red by strain.
 
 use msd::core::Vector;
-use msd::render::strain_colour;
 use msd::run::{Runner, on};
 use msd::scene::open;
+use msd_render::strain_colour;
 use plotters::prelude::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -262,3 +262,9 @@ mod interrupted {
         assert_eq!(u64::from(word(&cache, 28)), report["moments"].as_u64().expect("a number"));
     }
 }
+
+#[cfg(feature = "window")]
+#[test]
+fn bodies_have_the_same_colours_in_glb_files_as_in_pictures() {
+    assert_eq!(msd_run::export::PALETTE, msd_render::colour::PALETTE);
+}

@@ -8,7 +8,7 @@ mod frames;
 use common::names;
 use frames::FRAME;
 use msd_app::viewer::{Command, FilmFormat, Viewer, catalogue};
-use msd_render::{Gpu, View, render_image};
+use msd_render::{Gpu, Style, View, render_image};
 use msd_run::on;
 use std::fs::File;
 use std::io::BufReader;
@@ -122,4 +122,20 @@ fn a_film_that_cannot_be_written_is_told_of_and_the_run_goes_on() {
     let steps = viewer.session.runner().steps();
     viewer.command(Command::StepForward);
     assert_eq!(viewer.session.runner().steps(), steps + 1);
+}
+
+#[test]
+fn a_key_takes_a_picture_of_what_is_seen_and_not_of_the_timeline() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some((mut viewer, gpu)) = viewer(folder.path()) else { return };
+    viewer.look_back(7);
+    viewer.command(Command::Picture);
+    let told = wait(&mut viewer);
+    assert_eq!(told, format!("picture: {}", folder.path().join("chain-1.png").display()));
+    let view = View { camera: viewer.camera, style: Style { legend: true, ..viewer.style } };
+    let image = on!(viewer.session.runner(), simulation => {
+        render_image(&gpu, &simulation.snapshot(), &view, 120, 80)
+    });
+    let taken = image::open(folder.path().join("chain-1.png")).expect("a picture").into_rgba8();
+    assert!(taken.into_raw() == image.expect("a picture").rgba);
 }

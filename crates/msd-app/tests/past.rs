@@ -232,21 +232,30 @@ fn force(session: &Session) -> DVec3 {
 }
 
 #[test]
-fn undo_leaves_the_wind_and_stops_a_pin_that_was_moved() {
+fn undo_of_a_wind_turns_it_back_and_of_anything_else_leaves_it() {
     let mut session = session("cloth");
     run(&mut session, 5);
     session.set_wind(Wind { strength: 2.0, ..Wind::default() });
     session.cut(&[7]);
-    session.set_wind(Wind::default());
+    assert_eq!(session.undoes(), Some(Deed::Cut));
     session.undo();
     run(&mut session, 2);
-    assert_eq!(force(&session), DVec3::ZERO);
-    session.cut(&[7]);
-    session.set_wind(Wind { strength: 2.0, ..Wind::default() });
+    assert_eq!((force(&session), session.undoes()), (DVec3::X * 2.0, Some(Deed::Wind)));
+    let before = session.runner().steps();
     session.undo();
     run(&mut session, 2);
-    assert_eq!(force(&session), DVec3::X * 2.0);
+    // The motion goes on.
+    assert_eq!((force(&session), session.runner().steps()), (DVec3::ZERO, before + 2));
+    assert_eq!((session.wind(), session.undoes()), (Wind::default(), None));
+    session.redo();
+    run(&mut session, 2);
+    assert_eq!((force(&session), session.wind().strength), (DVec3::X * 2.0, 2.0));
+}
 
+#[test]
+fn undo_stops_a_pin_that_was_moved() {
+    let mut session = session("cloth");
+    run(&mut session, 5);
     let pin = (0..961).find(|&row| session.is_pinned(row)).expect("the cloth hangs");
     session.grab(pin, session.position(pin) + DVec3::X);
     run(&mut session, 3);

@@ -463,7 +463,7 @@ fn key(harness: &mut Harness<'_, Viewer>, key: Key) {
     let modifiers = Modifiers::NONE;
     let event = Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };
     let mut input = RawInput { events: vec![event], ..RawInput::default() };
-    let typing = harness.ctx.egui_wants_keyboard_input();
+    let typing = harness.state().takes_keys(&harness.ctx);
     for command in take_commands(&mut input, typing) {
         harness.state_mut().command(command);
     }

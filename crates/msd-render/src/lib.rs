@@ -28,7 +28,7 @@ pub use picture::colour;
 pub use picture::colour::{back_colour, body_colour, scale_colour, share_colour, strain_colour};
 pub use renderer::Renderer;
 pub use viewing::camera::{Camera, Ray};
-pub use viewing::pick::{bounds, bounds_with_ground, drag_point, ground, pick};
+pub use viewing::pick::{bounds, bounds_with_ground, bounds_with_solids, drag_point, ground, pick};
 pub use viewing::quantity::{Quantity, Scale};
 pub use viewing::view::{Style, View};
 pub use viewing::{camera, pick, quantity, view};

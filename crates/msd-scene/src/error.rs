@@ -1,4 +1,4 @@
-//! Errors of files and of what they ask for; every message is one line.
+//! Errors of files and of what they ask for; every message is one line for each refusal.
 
 use crate::mesh::MeshError;
 use crate::shown::tame;
@@ -153,6 +153,9 @@ pub enum FileError {
         /// What is wrong.
         source: Box<MeshError>,
     },
+    /// Several things that are wrong with one file, in its order.
+    #[error("{}", .0.iter().map(FileError::to_string).collect::<Vec<_>>().join("\n"))]
+    Several(Vec<FileError>),
     /// A scene that msd-core refuses.
     #[error("{file}: {source}")]
     Core {
@@ -164,12 +167,37 @@ pub enum FileError {
 }
 
 impl FileError {
+    /// The refusals that this is of, in the order of their file.
+    pub fn each(&self) -> &[FileError] {
+        match self {
+            FileError::Several(errors) => errors,
+            one => std::slice::from_ref(one),
+        }
+    }
+
+    /// Where in a file it is, of the text of a scene.
+    pub fn place(&self) -> Option<&Place> {
+        match self {
+            FileError::Malformed { place, .. }
+            | FileError::OutOfDomain { place, .. }
+            | FileError::UnknownKey { place, .. }
+            | FileError::MissingKey { place, .. }
+            | FileError::TooLarge { place, .. }
+            | FileError::SceneMesh { place, .. } => Some(place),
+            _ => None,
+        }
+    }
+
     /// The error of a value at the place that `place` knows of its key from the top:
     /// `bodies[2].stiffness`.
     ///
     /// # Errors
     /// The error as it was where there is no such place, or it is not of a value.
-    pub fn placed(self, place: impl Fn(&str) -> Option<Place>) -> Result<Self, Self> {
+    pub fn placed(self, place: &impl Fn(&str) -> Option<Place>) -> Result<Self, Self> {
+        if let FileError::Several(errors) = self {
+            let each = |error: Self| error.placed(place).unwrap_or_else(|error| error);
+            return Ok(FileError::Several(errors.into_iter().map(each).collect()));
+        }
         let found = match &self {
             FileError::OutOfDomain { key, .. } | FileError::SceneMesh { key, .. } => place(key),
             FileError::UnknownKey { key, table, .. } if table == "the scene" => place(key),

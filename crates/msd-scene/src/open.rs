@@ -5,7 +5,8 @@ use crate::error::{FileError, nearest};
 use crate::file::schema::SceneFile;
 use crate::file::tree::{Assignment, Source};
 use crate::file::{
-    MeshReader, SceneFormat, Understood, decode, ending, format_of, read_text, refine, understand,
+    MeshReader, SceneFormat, Understood, decode, ending, format_of, read_text, refine, refusals,
+    understand,
 };
 use crate::loaded::Loaded;
 use crate::mesh::{self, Mesh, MeshError};
@@ -236,13 +237,14 @@ impl Draft {
     /// Understands the tree, changed or not.
     pub fn load(&self, source: &Source<'_>) -> Result<Loaded, FileError> {
         let understood = understand(source, &|file| self.mesh(file));
-        self.finish(source, understood.map_err(|error| self.explain(error))?)
+        let refused = |error| self.explain(refusals(source, error));
+        self.finish(source, understood.map_err(refused)?)
     }
 
     /// The error of a value at the place where it was set, if it was.
     fn explain(&self, error: FileError) -> FileError {
         let place = |key: &str| self.assignments.iter().rev().find_map(|set| set.place_of(key));
-        error.placed(place).unwrap_or_else(|error| error)
+        error.placed(&place).unwrap_or_else(|error| error)
     }
 
     /// Understands the tree with every body at its spacing halved so many times: see [`Finer`].
@@ -364,7 +366,8 @@ fn parse_with(
     read_mesh: &MeshReader<'_>,
 ) -> Result<Loaded, FileError> {
     let source = Source::parse(text, format, name)?;
-    Ok(finish(&source, understand(&source, read_mesh)?))
+    let understood = understand(&source, read_mesh);
+    Ok(finish(&source, understood.map_err(|error| refusals(&source, error))?))
 }
 
 fn finish(source: &Source<'_>, understood: Understood) -> Loaded {

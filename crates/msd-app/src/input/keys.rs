@@ -7,12 +7,14 @@ use egui::{Event, Key, Modifiers, RawInput};
 pub const KEYS: &[(&str, &str)] = &[
     ("Space", "pause or go on"),
     (".  and  ,", "one step forward, one step back"),
-    ("R", "restart"),
+    ("R", "restart, as the file is now"),
+    ("Ctrl + R", "read the file of the scene again"),
     ("Ctrl + Z, with Shift", "undo an edit, a setting, a pin or a cut; do it again"),
     ("P", "pin or free the particle under the pointer"),
     ("F", "freeze: the present shape becomes the shape at rest"),
     ("C, then drag", "cut springs; C again: grab"),
     ("B, then drag", "draw a box around what to grab; B again: grab"),
+    ("F12", "take a picture, as a PNG file"),
     ("F9", "record to a file, or end the recording"),
     ("W", "wireframe"),
     ("A  or  Home", "bring everything into view"),
@@ -71,6 +73,9 @@ fn command(key: Key, modifiers: Modifiers, typing: bool) -> Option<Command> {
     if key == Key::S && modifiers.command && !typing {
         return Some(Command::SaveScene);
     }
+    if key == Key::R && modifiers.command && !typing {
+        return Some(Command::Reload);
+    }
     if key == Key::Z && modifiers.command && !typing {
         return Some(if modifiers.shift { Command::Redo } else { Command::Undo });
     }
@@ -79,6 +84,9 @@ fn command(key: Key, modifiers: Modifiers, typing: bool) -> Option<Command> {
     }
     if key == Key::F11 {
         return Some(Command::FullScreen);
+    }
+    if key == Key::F12 {
+        return Some(Command::Picture);
     }
     if key == Key::F9 && modifiers.is_none() {
         return Some(Command::Record);
@@ -154,7 +162,8 @@ mod tests {
     fn a_held_key_repeats_steps_only() {
         assert_eq!(commands(Key::Period, Modifiers::NONE, true, false), [Command::StepForward]);
         assert!(commands(Key::Space, Modifiers::NONE, true, false).is_empty());
-        assert!(commands(Key::R, Modifiers::CTRL, false, false).is_empty());
+        assert!(commands(Key::R, Modifiers::COMMAND, true, false).is_empty());
+        assert_eq!(commands(Key::R, Modifiers::COMMAND, false, false), [Command::Reload]);
     }
 
     #[test]

@@ -136,13 +136,16 @@ fn stability_light(ui: &mut Ui, session: &Session) {
         return;
     }
     let share = session.stability().map(|(share, _)| share);
-    let (text, colour) = describe(share);
+    let warns = warns(session);
+    let (text, colour) = describe(share, warns);
     let hover = if Integrator::EXPLICIT.contains(&settings.integrator) {
         let age = session.stability().map_or(0.0, |(_, age)| age);
         format!(
             "{}The longest stable substep is predicted from the fastest motion, for the state of \
              {age:.1} s ago.",
-            share.map_or(String::new(), |share| advice(settings, share))
+            share
+                .filter(|share| warns < *share)
+                .map_or(String::new(), |share| advice(settings, share))
         )
     } else {
         "Stable at any step; turn on the error estimate to see how accurate it is".to_owned()
@@ -157,13 +160,13 @@ fn stability_light(ui: &mut Ui, session: &Session) {
         ui.label(RichText::new(text).color(colour)).on_hover_text(&hover);
     });
     if share != Some(0.0) {
-        meter(ui, share, colour).on_hover_text(hover);
+        meter(ui, share, (colour, warns)).on_hover_text(hover);
     }
 }
 
 /// The substep on a scale on which the limit is at four fifths, with marks where amber and red
 /// begin; empty while it is being worked out.
-fn meter(ui: &mut Ui, share: Option<f64>, colour: Color32) -> Response {
+fn meter(ui: &mut Ui, share: Option<f64>, (colour, warns): (Color32, f64)) -> Response {
     let (rect, response) =
         ui.allocate_exact_size(vec2(ui.available_width(), METER), Sense::hover());
     let painter = ui.painter().with_clip_rect(rect);
@@ -171,7 +174,7 @@ fn meter(ui: &mut Ui, share: Option<f64>, colour: Color32) -> Response {
     let x = |share: f64| rect.left() + (share / FULL).min(1.0) as f32 * rect.width();
     let filled = egui::Rect::from_x_y_ranges(rect.left()..=x(share.unwrap_or(0.0)), rect.y_range());
     painter.rect_filled(filled, 2.0, colour);
-    for (mark, width) in [(AMBER, 1.0), (1.0, 2.0)] {
+    for (mark, width) in [(warns, 1.0), (1.0, 2.0)] {
         painter.vline(x(mark), rect.y_range(), Stroke::new(width, theme::TEXT));
     }
     let name = "Stability";
@@ -200,12 +203,23 @@ fn advice(settings: Settings, share: f64) -> String {
     )
 }
 
-/// The substep as a share of the longest stable one, in words.
-pub(super) fn describe(share: Option<f64>) -> (String, Color32) {
+/// The part of the longest stable substep from which on it is amber: automatic substeps are meant
+/// to be near it.
+fn warns(session: &Session) -> f64 {
+    if session.runner().is_automatic() { 1.0 } else { AMBER }
+}
+
+/// The substep of a session as a share of the longest stable one, in words, and the colour of that.
+pub(super) fn light(session: &Session) -> (String, Color32) {
+    describe(session.stability().map(|(share, _)| share), warns(session))
+}
+
+/// A substep as a share of the longest stable one, in words, and amber from a share on.
+fn describe(share: Option<f64>, warns: f64) -> (String, Color32) {
     let Some(share) = share else { return ("working it out…".to_owned(), theme::FAINT) };
     let colour = match share {
         _ if 1.0 < share => theme::BAD,
-        _ if AMBER < share => theme::WARN,
+        _ if warns < share => theme::WARN,
         _ => theme::GOOD,
     };
     let text = match share {
@@ -223,9 +237,11 @@ mod tests {
 
     #[test]
     fn the_light_changes_from_four_fifths_on() {
+        let describe = |share| super::describe(share, AMBER);
         assert_eq!(describe(Some(0.43)), ("is 43 % of the limit".to_owned(), theme::GOOD));
         assert_eq!(describe(None), ("working it out…".to_owned(), theme::FAINT));
         assert_eq!(describe(Some(0.85)).1, theme::WARN);
+        assert_eq!(super::describe(Some(0.9), 1.0).1, theme::GOOD);
         assert_eq!(describe(Some(1234.0)).0, "is 1234 × the limit");
         assert_eq!(describe(Some(1.3)).1, theme::BAD);
         assert_eq!(describe(Some(f64::INFINITY)).0, "no step is stable");

@@ -138,7 +138,7 @@ fn main_numbers(ui: &mut Ui, session: &Session) {
             ui.label(RichText::new(text.replace(' ', "\u{a0}")).small().color(colour));
         };
         if !session.runner().integrator().is_adaptive() {
-            let (text, colour) = solver::describe(session.stability().map(|(share, _)| share));
+            let (text, colour) = solver::light(session);
             item(format!("h {text}"), colour);
         }
         if let Some(error) = session.error() {

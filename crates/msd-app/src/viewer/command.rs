@@ -15,8 +15,10 @@ pub enum Command {
     Undo,
     /// Do again what was undone last.
     Redo,
-    /// Start the scene again.
+    /// Start the scene again, as its file is now.
     Restart,
+    /// Read the file of the scene again.
+    Reload,
     /// Make the present shape the shape at rest.
     Freeze,
     /// Pin or free the particle under the pointer, or else the selected one.
@@ -31,6 +33,8 @@ pub enum Command {
     Closer(i8),
     /// Begin or end a recording.
     Record,
+    /// Take a picture of what is seen.
+    Picture,
     /// Open the built-in scene with this number, from 0.
     Scene(usize),
     /// Choose what a left drag does; grabbing, where that was chosen already.

@@ -8,18 +8,87 @@ use msd_run::recording::ENDING;
 use msd_scene::{FileError, Loaded, Output, write_file, write_saved};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+/// How often files are looked at for edits, seconds.
+const WATCHED_EVERY: f64 = 0.25;
+
+/// Files as they were when they were read, by their times and lengths.
+#[derive(Debug)]
+pub(super) struct FilesRead {
+    stamps: Vec<Option<(SystemTime, u64)>>,
+    /// Wall-clock time since they were looked at, seconds.
+    since: f64,
+}
+
+impl FilesRead {
+    /// Files as they are now.
+    pub(super) fn of(files: &[PathBuf]) -> Self {
+        let stamp = |file: &PathBuf| {
+            let data = file.metadata().ok()?;
+            Some((data.modified().ok()?, data.len()))
+        };
+        FilesRead { stamps: files.iter().map(stamp).collect(), since: 0.0 }
+    }
+}
 
 impl Viewer {
-    /// Opens a scene file, a mesh or a saved run. One that cannot be opened is told of, and what
-    /// runs goes on.
-    pub fn open_path(&mut self, path: &Path) {
+    /// Opens a scene file, a mesh or a saved run; returns whether it did. A line says why one
+    /// cannot be opened, and what runs goes on.
+    pub fn open_path(&mut self, path: &Path) -> bool {
         match msd_scene::open(path) {
             Ok(loaded) => {
                 let note = loaded.notes.first().cloned();
-                self.show_opened(loaded, None);
+                let is_shown = self.show_opened(loaded, None);
                 self.note = note;
+                is_shown
             }
-            Err(error) => self.note = Some(error.to_string()),
+            Err(error) => {
+                self.note = Some(error.to_string());
+                false
+            }
+        }
+    }
+
+    /// Whether a file of the scene has changed since it was read, and is there.
+    pub fn is_edited(&self) -> bool {
+        let now = FilesRead::of(&self.session.loaded().files);
+        let mut pairs = now.stamps.iter().zip(&self.watch.stamps);
+        pairs.any(|(now, read)| now.is_some() && now != read)
+    }
+
+    /// Reads the scene again once a file of it was edited; `real` seconds of wall clock have
+    /// passed.
+    pub fn follow_files(&mut self, real: f64) {
+        self.watch.since += real;
+        if WATCHED_EVERY <= self.watch.since {
+            self.watch.since = 0.0;
+            if self.is_edited() {
+                self.reload();
+            }
+        }
+    }
+
+    /// Starts the scene again as its file is now; camera, pause and what is selected stay. Where
+    /// the file is refused, what runs goes on. A scene of no file starts again as it was.
+    pub(super) fn reload(&mut self) {
+        let files = self.session.loaded().files.clone();
+        let Some(path) = files.first() else { return self.restart() };
+        // Before it is read: what is written meanwhile is another edit.
+        self.watch = FilesRead::of(&files);
+        let loaded = match msd_scene::open(path) {
+            Ok(loaded) => loaded,
+            Err(error) => {
+                self.note = Some(format!("{error}\nthe run goes on as it was"));
+                return;
+            }
+        };
+        let selected = self.session.selected();
+        let kept = (self.camera, self.framed, self.unframed, self.aimed, self.beside);
+        if self.show_opened(loaded, None) {
+            (self.camera, self.framed, self.unframed, self.aimed, self.beside) = kept;
+            self.session.select_particle(selected);
+            self.note = Some(format!("read again: {}", shown(path)));
         }
     }
 

@@ -23,12 +23,14 @@ const LONGEST: f32 = 1920.0;
 /// What a film is written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FilmFormat {
-    /// An animated WebP, without loss.
+    /// An animated WebP.
     WebP,
-    /// A PNG per frame, in a folder.
+    /// A PNG per frame, in a folder, without loss.
     Png,
     /// What ffmpeg makes of them.
     Mp4,
+    /// A PNG of what is seen now.
+    Picture,
 }
 
 /// A film that is being written.
@@ -64,6 +66,7 @@ impl Filming {
         let is_cancelled = self.progress.is_cancelled.load(Ordering::Relaxed);
         Some(match done {
             Ok(Ok(())) if is_cancelled => "the film was cancelled".to_owned(),
+            Ok(Ok(())) if frames == 1 => format!("picture: {}", self.name),
             Ok(Ok(())) => format!("filmed: {}, {frames} frames", self.name),
             Ok(Err(why)) => why,
             Err(_) => format!("{}: the film came to a bad end", self.name),
@@ -135,6 +138,7 @@ impl Viewer {
         let path = match format {
             FilmFormat::WebP => free(&self.folder, name, "webp"),
             FilmFormat::Mp4 => free(&self.folder, name, "mp4"),
+            FilmFormat::Picture => free(&self.folder, name, "png"),
             FilmFormat::Png => {
                 let folder = free(&self.folder, name, "frames");
                 let made = std::fs::create_dir(&folder);
@@ -142,7 +146,8 @@ impl Viewer {
                 folder.join("%04d.png")
             }
         };
-        let kind = Kind::of(&path, true)?;
+        let is_film = format != FilmFormat::Picture;
+        let kind = Kind::of(&path, is_film)?;
         let step = self.session.runner().settings().step;
         let stride = (EVERY / step).round().max(1.0) as usize;
         let size = self.viewport().rect.size();
@@ -154,7 +159,10 @@ impl Viewer {
         };
         let reel = Reel {
             runner: self.session.runner().clone(),
-            moments: self.session.states(stride),
+            moments: match is_film {
+                true => self.session.states(stride),
+                false => vec![self.session.runner().moment()],
+            },
             // The legend is in the pictures, as they have no panels.
             view: View { camera: self.camera, style: Style { legend: true, ..self.style } },
             beside: self.follow.then(|| self.beside_middle()),

@@ -33,6 +33,8 @@ pub struct Gallery {
     pub pictures: Vec<Picture>,
     /// The path that is being typed.
     pub path: String,
+    /// Whether it was just opened: the keyboard goes to the path.
+    pub(crate) is_new: bool,
     #[cfg(not(target_arch = "wasm32"))]
     painter: painter::Painter,
 }
@@ -50,6 +52,7 @@ impl Gallery {
             painter: painter::Painter::start(pictures.iter().map(|row| row.name.clone()).collect()),
             pictures,
             path: String::new(),
+            is_new: true,
         }
     }
 
@@ -109,7 +112,7 @@ mod painter {
     use super::super::{go_to, turn_to, usual_colours};
     use super::PICTURE;
     use egui::ColorImage;
-    use msd_render::{Gpu, Offscreen, Style, View, bounds};
+    use msd_render::{Gpu, Offscreen, Style, View, bounds_with_solids};
     use msd_run::{Runner, on};
     use msd_scene::Viewpoint;
     use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
@@ -177,7 +180,8 @@ mod painter {
             turn_to(&mut view.camera, opened.viewpoint);
             let image = on!(&opened.runner, simulation => {
                 let snapshot = simulation.snapshot();
-                view.camera.frame(bounds(&snapshot)?, width as f32 / height as f32);
+                let bounds = bounds_with_solids(&snapshot)?;
+                view.camera.frame(bounds, width as f32 / height as f32);
                 go_to(&mut view.camera, opened.viewpoint);
                 screen.render(&snapshot, &view).ok()?
             });

@@ -21,7 +21,7 @@ const ARRIVED: f32 = 2e-4;
 const DEBRIS: f64 = 10.0;
 
 impl Viewer {
-    /// Brings every particle and the ground below into view.
+    /// Brings every particle, the solids near by and the ground below into view.
     pub fn frame_all(&mut self) {
         let Some(subject) = self.subject() else { return };
         let rect = self.viewport().rect;
@@ -32,11 +32,12 @@ impl Viewer {
         (self.aimed, self.beside) = (self.camera.target, Vec3::ZERO);
     }
 
-    /// The box around every particle and the ground below: low and high corner, metres.
+    /// The box around every particle, the solids near by and the ground below: low and high corner,
+    /// metres.
     pub(super) fn subject(&self) -> Option<(Vec3, Vec3)> {
         let runner = self.session.runner();
         let (mut low, high) =
-            on!(runner, simulation => msd_render::bounds(&simulation.snapshot()))?;
+            on!(runner, simulation => msd_render::bounds_with_solids(&simulation.snapshot()))?;
         let room = (high - low).max_element().max(1.0);
         if let Some(ground) = self.ground() {
             // Ground far below is left out: the scene would be a dot.

@@ -119,6 +119,8 @@ pub struct Viewer {
     beside: Vec3,
     /// Whether the camera is still on its way.
     is_gliding: bool,
+    /// The files of the scene, as they were when they were read.
+    watch: files::FilesRead,
 }
 
 /// What colours stand for in a scene unless the user says otherwise: in the flat squares the
@@ -149,6 +151,7 @@ impl Viewer {
             opened: current.is_none().then(|| loaded.clone()),
             own: None,
             current,
+            watch: files::FilesRead::of(&loaded.files),
             session: Session::new(loaded)?,
             camera: Camera::default(),
             style: Style { legend: false, colour_by, ..Style::default() },
@@ -193,6 +196,11 @@ impl Viewer {
         egui::Id::unique("view")
     }
 
+    /// Whether keys are for a control: nothing typed over the gallery is for the scene behind it.
+    pub fn takes_keys(&self, context: &egui::Context) -> bool {
+        context.egui_wants_keyboard_input() || self.gallery.is_some()
+    }
+
     /// Does what a key or a button asks for.
     pub fn command(&mut self, command: Command) {
         let session = &mut self.session;
@@ -210,9 +218,17 @@ impl Viewer {
                 self.let_go();
                 self.session.redo();
             }
-            Command::Restart => self.restart(),
+            Command::Restart => match self.is_edited() {
+                true => self.reload(),
+                false => self.restart(),
+            },
+            Command::Reload => self.reload(),
             Command::Freeze => session.freeze(),
             Command::Record => self.record(),
+            #[cfg(not(target_arch = "wasm32"))]
+            Command::Picture => self.film(FilmFormat::Picture),
+            #[cfg(target_arch = "wasm32")]
+            Command::Picture => {}
             Command::Pin => self.pin(),
             Command::Wireframe => self.style.wireframe = !self.style.wireframe,
             Command::FrameAll => self.frame_all(),
@@ -221,7 +237,7 @@ impl Viewer {
                 self.camera.orbit(-right, up);
             }
             Command::Closer(steps) => self.camera.zoom((-f32::from(steps) * TURN).exp()),
-            Command::Scene(index) => self.open_entry(index),
+            Command::Scene(index) => _ = self.open_entry(index),
             Command::Tool(tool) => {
                 self.tool = if self.tool == tool { Tool::Grab } else { tool };
             }
@@ -347,16 +363,15 @@ impl Viewer {
         self.help = false;
     }
 
-    /// Opens a scene of the list.
-    pub fn open_entry(&mut self, index: usize) {
-        let Some(entry) = self.catalogue.entries.get(index) else { return };
-        if let Some(result) = (self.catalogue.open)(entry.name) {
-            self.open(result, Some(index));
-        }
+    /// Opens a scene of the list; returns whether it did.
+    pub fn open_entry(&mut self, index: usize) -> bool {
+        let entry = self.catalogue.entries.get(index);
+        let result = entry.and_then(|entry| (self.catalogue.open)(entry.name));
+        result.is_some_and(|result| self.open(result, Some(index)))
     }
 
-    /// Opens a scene of the list, or what else can be opened by this name.
-    pub fn open_named(&mut self, name: &str) {
+    /// Opens a scene of the list, or what else can be opened by this name; returns whether it did.
+    pub fn open_named(&mut self, name: &str) -> bool {
         match self.catalogue.entries.iter().position(|entry| entry.name == name) {
             Some(index) => self.open_entry(index),
             None => self.open_path(Path::new(name)),
@@ -400,6 +415,7 @@ impl Viewer {
         match result {
             Ok(()) => {
                 self.current = index;
+                self.watch = files::FilesRead::of(&self.session.loaded().files);
                 self.note = None;
                 let usual = usual_colours(&self.session.loaded().name);
                 // What the user chose stays between scenes of the same kind.

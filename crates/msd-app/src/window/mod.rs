@@ -62,6 +62,9 @@ const FILMED_EVERY: Duration = Duration::from_millis(100);
 #[cfg(target_os = "linux")]
 const LOOK: Duration = Duration::from_millis(100);
 
+/// How often a window that rests looks whether the file of its scene was edited.
+const EDITED_EVERY: Duration = Duration::from_millis(500);
+
 /// How often what is remembered is kept where the program may end without notice.
 #[cfg(target_arch = "wasm32")]
 const KEPT_EVERY: Duration = Duration::from_secs(1);
@@ -422,7 +425,9 @@ impl Shell {
             .then(|| Instant::now() + LOOK);
         #[cfg(not(target_os = "linux"))]
         let look = None;
-        let until = self.next_frame.into_iter().chain(look).min();
+        let file = self.viewer.session.loaded().files.first();
+        let edit = file.map(|_| Instant::now() + EDITED_EVERY);
+        let until = self.next_frame.into_iter().chain(look).chain(edit).min();
         event_loop.set_control_flow(until.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 
@@ -462,10 +467,11 @@ fn lay_out(
     real: f64,
     stopwatch: &impl Fn() -> f64,
 ) -> (egui::FullOutput, f64) {
-    for command in take_commands(&mut raw, context.egui_wants_keyboard_input()) {
+    for command in take_commands(&mut raw, viewer.takes_keys(context)) {
         viewer.command(command);
     }
     take_drops(&raw, viewer);
+    viewer.follow_files(real);
     let mut stepped = None;
     panel::theme::choose(context, viewer.light);
     let mut output = context.run_ui(raw, |ui| {
@@ -584,7 +590,8 @@ impl ApplicationHandler<Arrival> for Shell {
         if !matches!(cause, winit::event::StartCause::ResumeTimeReached { .. }) {
             return;
         }
-        let is_due = self.next_frame.take_if(|due| *due <= Instant::now()).is_some();
+        let is_due = self.next_frame.take_if(|due| *due <= Instant::now()).is_some()
+            || self.viewer.is_edited();
         if let Some(window) = self.window.as_ref().filter(|_| is_due) {
             window.request_redraw();
         }

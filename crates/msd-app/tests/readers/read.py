@@ -132,10 +132,11 @@ bpy.ops.import_scene.gltf(filepath=str(folder / "run.glb"))
 meshes = [thing for thing in bpy.context.scene.objects if thing.type == "MESH"]
 assert sorted(thing.name for thing in meshes) == ["block", "links", "rope", "sheet"], meshes
 for thing in meshes:
-    # Blender's z is up, and so are its meshes.
+    # Blender's z is up, and so are its meshes. A rope is a tube, a ring of eight for a particle.
     def turned(frame):
         x, y, z = vertices(thing, frame).T
-        return np.stack([x, z, -y], axis=1)
+        places = np.stack([x, z, -y], axis=1)
+        return places.reshape(-1, 8, 3).mean(axis=1) if thing.name == "rope" else places
 
     # Blender counts the frames of an animation from its start.
     first = bpy.context.scene.frame_start

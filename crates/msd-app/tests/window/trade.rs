@@ -129,13 +129,16 @@ fn a_path_that_is_typed_is_opened_or_refused_in_words(desk: &Desk) {
         desk.wait("the field has the keyboard", |now| now["focus"] == true);
         desk.xdotool(&format!("type --delay 60 {path}"));
         desk.xdotool("key Return");
-        let after = desk.wait("the gallery is closed", |now| now["gallery"].is_null());
         if is_there {
             desk.wait("the file is opened", |now| now["scene"] == "rope");
         } else {
             let words = |now: &Value| now["note"].as_str().unwrap_or_default().to_owned();
             desk.wait("it is refused in words", |now| words(now).contains("none.toml: cannot"));
+            let after = desk.last();
             assert_eq!(after["scene"], before["scene"], "{after}");
+            assert!(!after["gallery"].is_null(), "the path stays, to be mended: {after}");
+            desk.xdotool("key Escape");
         }
+        desk.wait("the gallery is closed", |now| now["gallery"].is_null());
     }
 }

@@ -39,7 +39,7 @@ pub(crate) fn set_geometry<R: Real>(
     geometry.first_solid = geometry.vertices.len();
     if view.style.planes {
         ground::add_planes(geometry, snapshot, view);
-        solids::add_solids(geometry, snapshot, limit);
+        solids::add_solids(geometry, snapshot, (view, limit));
     }
 }
 

@@ -5,6 +5,7 @@ pub mod colour;
 mod sizes;
 pub(crate) mod geometry;
 mod surfaces;
+mod section;
 mod solids;
 mod marks;
 pub(crate) mod ground;

@@ -3,6 +3,8 @@
 use crate::math::is_drawable;
 use crate::picture::colour::bytes;
 use crate::picture::geometry::{Geometry, SurfaceVertex};
+use crate::picture::section::{cut, section};
+use crate::viewing::view::View;
 use glam::{DVec3, Vec3};
 use msd_core::obstacles::Placed;
 use msd_core::{DistanceGrid, Real, Shape, Snapshot};
@@ -19,9 +21,15 @@ const DULL: [u8; 4] = [215, 0, 0, 0];
 /// Adds every solid, where it is at the time of the snapshot, as far as there is room.
 ///
 /// It is drawn smaller by the radius of a particle: triangles between particles that lie on it
-/// would cut through its surface.
-pub(crate) fn add_solids<R: Real>(geometry: &mut Geometry, snapshot: &Snapshot<'_, R>, limit: u64) {
-    for solid in snapshot.solids {
+/// would cut through its surface. One that hides the bodies is cut open.
+pub(crate) fn add_solids<R: Real>(
+    geometry: &mut Geometry,
+    snapshot: &Snapshot<'_, R>,
+    (view, limit): (&View, u64),
+) {
+    let look = (view.camera.eye(), view.camera.forward());
+    let hidden = section(geometry, (snapshot.solids, snapshot.time), look);
+    for (number, solid) in snapshot.solids.iter().enumerate() {
         let most = limit as usize / size_of::<SurfaceVertex>();
         if most < geometry.vertices.len() + most_vertices(&solid.shape) {
             log::warn!("some solids do not fit into a buffer: left out");
@@ -32,7 +40,13 @@ pub(crate) fn add_solids<R: Real>(geometry: &mut Geometry, snapshot: &Snapshot<'
             continue;
         }
         let inset = f64::from(geometry.particle_radius);
+        let first = geometry.triangles.len();
         add(geometry, &placed, &solid.shape, inset);
+        if let Some((hides, section)) = &hidden
+            && hides[number]
+        {
+            cut(geometry, first, section);
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::math::is_drawable;
 use crate::viewing::camera::{Camera, Ray};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use msd_core::obstacles::Placed;
 use msd_core::{Real, Shape, Snapshot, Vector};
 
@@ -34,10 +34,61 @@ pub fn ground<R: Real>(snapshot: &Snapshot<'_, R>) -> Option<f32> {
     level.map(|(_, offset)| offset).filter(|height| height.is_finite()).reduce(f32::max)
 }
 
-/// Returns the box of [`bounds`] and the ground below it, as far as that is near enough to be seen
-/// beside it.
+/// How far around the particles solids count, as a part of the longest side of their box.
+const ROOM: f32 = 1.5;
+/// How large a solid is seen as a whole, as a part of the same.
+const LARGE: f32 = 4.0;
+
+/// Returns the box of [`bounds`] and the solids near it: all of those that are not much larger, and
+/// of others what is near.
+pub fn bounds_with_solids<R: Real>(snapshot: &Snapshot<'_, R>) -> Option<(Vec3, Vec3)> {
+    let (low, high) = bounds(snapshot)?;
+    let size = (high - low).max_element();
+    let near = [low - ROOM * size, high + ROOM * size];
+    let mut all = (low, high);
+    for solid in snapshot.solids {
+        let Some((middle, half)) = extents(&solid.shape) else { continue };
+        let placed = Placed::new(solid, snapshot.time);
+        let axes = [placed.axes.x_axis, placed.axes.y_axis, placed.axes.z_axis];
+        let half = (0..3).map(|axis| axes[axis].abs() * half[axis]).sum::<DVec3>().as_vec3();
+        let middle = (placed.middle + placed.axes * middle).as_vec3();
+        let (mut a, mut b) = (middle - half, middle + half);
+        let is_near = a.cmple(near[1]).all() && near[0].cmple(b).all();
+        if !is_near || !is_drawable(a) || !is_drawable(b) {
+            continue;
+        }
+        if LARGE * size < (b - a).max_element() {
+            (a, b) = (a.max(near[0]), b.min(near[1]));
+        }
+        all = (all.0.min(a), all.1.max(b));
+    }
+    Some(all)
+}
+
+/// The middle and half of the sides of the box around a shape, metres; none without an end.
+fn extents(shape: &Shape) -> Option<(DVec3, DVec3)> {
+    let half = match *shape {
+        Shape::Sphere { radius } => DVec3::splat(radius),
+        Shape::Capsule { radius, length } => DVec3::new(radius, radius + 0.5 * length, radius),
+        Shape::Cylinder { radius, length } => DVec3::new(radius, 0.5 * length, radius),
+        Shape::Torus { radius, tube } => DVec3::new(radius + tube, tube, radius + tube),
+        Shape::Box { size } => 0.5 * size,
+        Shape::Mesh(ref grid) => {
+            let first = *grid.corners.first()?;
+            let corners = grid.corners.iter();
+            let (low, high) =
+                corners.fold((first, first), |(low, high), &at| (low.min(at), high.max(at)));
+            return Some(((low + high) * 0.5, (high - low) * 0.5));
+        }
+        Shape::HalfSpace => return None,
+    };
+    Some((DVec3::ZERO, half))
+}
+
+/// Returns the box of [`bounds_with_solids`] and the ground below it, as far as that is near enough
+/// to be seen beside it.
 pub fn bounds_with_ground<R: Real>(snapshot: &Snapshot<'_, R>) -> Option<(Vec3, Vec3)> {
-    let (mut low, high) = bounds(snapshot)?;
+    let (mut low, high) = bounds_with_solids(snapshot)?;
     let room = 0.6 * (high - low).max_element();
     if let Some(height) = ground(snapshot) {
         low.y = low.y.min(height.max(low.y - room));

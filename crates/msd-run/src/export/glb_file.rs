@@ -1,9 +1,13 @@
 //! glTF 2.0 in one file (GLB): bodies as meshes, and their motion as morph targets, one a moment.
 
 use super::Follow;
-use super::skin::{Form, Skin, positions};
+use super::glb_look::{self, Mesh};
+use super::skin::{Form, Skin};
+use crate::on;
 use crate::runner::Runner;
-use msd_core::glam::DVec3;
+use msd_core::glam::{DQuat, DVec3, Quat};
+use msd_core::obstacles::Placed;
+use msd_core::{Body, Real, Simulation, Surface, Vector};
 use msd_scene::{FileError, Output, Spool};
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -24,6 +28,8 @@ pub struct Glb {
     output: Output,
     spool: Spool,
     parts: Vec<Drawn>,
+    solids: Vec<Scenery>,
+    materials: Vec<Value>,
     times: Vec<f64>,
     views: Vec<Value>,
     accessors: Vec<Value>,
@@ -33,17 +39,54 @@ pub struct Glb {
 #[derive(Debug)]
 struct Drawn {
     name: String,
-    /// The particle of each vertex.
-    particles: Vec<u32>,
-    /// Where each vertex was at first, metres, and its normal; none but of a surface.
+    cover: Cover,
+    /// Where each vertex was at first, metres, and its normal; none but of triangles.
     start: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
-    /// Three vertices of each triangle of a surface.
-    triangles: Vec<[u32; 3]>,
-    primitive: Value,
+    primitives: Vec<Value>,
     targets: Vec<Value>,
-    is_two_sided: bool,
 }
+
+/// How vertices follow particles.
+#[derive(Debug)]
+enum Cover {
+    /// Each is at one; three of each triangle, if there are any.
+    Surface { particles: Vec<u32>, triangles: Vec<[u32; 3]> },
+    /// Rings around a line of them.
+    Tube { particles: Vec<u32>, radius: f64 },
+}
+
+impl Cover {
+    /// Where the vertices are, metres, and their normals; none but of triangles.
+    fn vertices(&self, all: &[DVec3]) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
+        if let Some(mesh) = self.tube(all) {
+            return (mesh.places, mesh.normals);
+        }
+        let Cover::Surface { particles, triangles } = self else { return Default::default() };
+        let place = |particle: &u32| all[*particle as usize].as_vec3().to_array();
+        let places: Vec<[f32; 3]> = particles.iter().map(place).collect();
+        let normals = normals_of(&places, triangles);
+        (places, normals)
+    }
+
+    fn tube(&self, all: &[DVec3]) -> Option<Mesh> {
+        let Cover::Tube { particles, radius } = self else { return None };
+        let points: Vec<DVec3> = particles.iter().map(|&row| all[row as usize]).collect();
+        Some(Mesh::tube(&points, *radius, AROUND))
+    }
+}
+
+/// A solid, and its places and turns at the moments.
+#[derive(Debug)]
+struct Scenery {
+    number: usize,
+    name: String,
+    primitive: Value,
+    ways: Vec<([f32; 3], [f32; 4])>,
+}
+
+/// Corners around a rope.
+const AROUND: u32 = 8;
 
 impl Glb {
     /// Begins one with the vertices where they are now.
@@ -51,49 +94,161 @@ impl Glb {
     /// # Errors
     /// Those of the operating system.
     pub fn new(output: Output, spool: Spool, (skin, runner): (&Skin, &Runner)) -> io::Result<Self> {
-        let (parts, times, views, accessors) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let mut glb = Glb { output, spool, parts, times, views, accessors };
-        let all = positions(runner);
+        let (parts, solids, materials) = (Vec::new(), Vec::new(), Vec::new());
+        let (times, views, accessors) = (Vec::new(), Vec::new(), Vec::new());
+        let mut glb = Glb { output, spool, parts, solids, materials, times, views, accessors };
+        on!(runner, simulation => glb.add_parts(skin, simulation))?;
+        on!(runner, simulation => glb.add_solids(simulation))?;
+        Ok(glb)
+    }
+
+    fn add_parts<R: Real>(&mut self, skin: &Skin, simulation: &Simulation<R>) -> io::Result<()> {
+        let (bodies, all) = (simulation.model().bodies(), places(simulation));
         for part in &skin.parts {
-            let particles = part.form.particles();
-            let place = |particle: &u32| all[*particle as usize].map(|x| x as f32);
-            let start: Vec<[f32; 3]> = particles.iter().map(place).collect();
-            let position = glb.add_vectors(&start)?;
-            let mut attributes = json!({ "POSITION": position });
-            let (mut triangles, mut normals) = (Vec::new(), Vec::new());
-            let (mode, indices) = match &part.form {
+            let body = part.body.map(|number| (number, &bodies[number]));
+            let material =
+                body.map_or_else(glb_look::stone, |(number, body)| glb_look::of_body(number, body));
+            let material = self.add_material(material);
+            match &part.form {
                 Form::Surface(surface) => {
-                    triangles = surface.triangles.clone();
-                    normals = normals_of(&start, &triangles);
-                    let normals = glb.add_floats(normals.as_flattened(), "VEC3", 3)?;
-                    attributes["NORMAL"] = normals.into();
-                    // The origin of glTF's textures is the upper left corner.
-                    let uv =
-                        surface.corners.iter().map(|corner| [corner.uv[0], 1.0 - corner.uv[1]]);
-                    let uv: Vec<f32> = uv.flatten().collect();
-                    attributes["TEXCOORD_0"] = glb.add_floats(&uv, "VEC2", 2)?.into();
-                    (TRIANGLES, surface.triangles.concat())
+                    self.add_surface(&part.name, surface, &all, (body, material))?;
                 }
                 Form::Lines(lines) => {
-                    let place = |end: &u32| particles.partition_point(|row| row < end) as u32;
-                    (LINES, lines.iter().flatten().map(place).collect())
+                    let ropes = body.and_then(|_| glb_look::ropes(lines));
+                    for rope in ropes.iter().flatten() {
+                        let radius = glb_look::radius(&simulation.snapshot(), rope);
+                        self.add_tube(&part.name, (rope, radius), &all, material)?;
+                    }
+                    if ropes.is_none() {
+                        let particles = part.form.particles();
+                        let place = |end: &u32| particles.partition_point(|row| row < end) as u32;
+                        let indices: Vec<u32> = lines.iter().flatten().map(place).collect();
+                        self.add_plain(&part.name, particles, (&indices, LINES), (&all, material))?;
+                    }
                 }
-                Form::Points(_) => (POINTS, (0..particles.len() as u32).collect()),
-            };
-            let indices = glb.add_indices(&indices)?;
-            let is_two_sided = matches!(&part.form, Form::Surface(surface) if surface.two_sided);
-            glb.parts.push(Drawn {
-                name: part.name.clone(),
-                particles,
-                start,
-                normals,
-                triangles,
-                primitive: json!({ "attributes": attributes, "indices": indices, "mode": mode }),
-                targets: Vec::new(),
-                is_two_sided,
-            });
+                Form::Points(points) => {
+                    let indices: Vec<u32> = (0..points.len() as u32).collect();
+                    let particles = points.clone();
+                    self.add_plain(&part.name, particles, (&indices, POINTS), (&all, material))?;
+                }
+            }
         }
-        Ok(glb)
+        Ok(())
+    }
+
+    fn add_material(&mut self, material: Value) -> usize {
+        self.materials.push(material);
+        self.materials.len() - 1
+    }
+
+    fn add_surface(
+        &mut self,
+        name: &str,
+        surface: &Surface,
+        all: &[DVec3],
+        (body, material): (Option<(usize, &Body)>, usize),
+    ) -> io::Result<()> {
+        let particles = surface.corners.iter().map(|corner| corner.particle).collect();
+        let cover = Cover::Surface { particles, triangles: surface.triangles.clone() };
+        let (start, normals) = cover.vertices(all);
+        // The origin of glTF's textures is the upper left corner.
+        let uv = surface.corners.iter().map(|corner| [corner.uv[0], 1.0 - corner.uv[1]]);
+        let uv: Vec<f32> = uv.flatten().collect();
+        let mut attributes = json!({ "POSITION": self.add_vectors(&start)? });
+        attributes["NORMAL"] = self.add_floats(normals.as_flattened(), "VEC3", 3)?.into();
+        attributes["TEXCOORD_0"] = self.add_floats(&uv, "VEC2", 2)?.into();
+        let shades = body.and_then(|(_, body)| glb_look::pattern(&body.look, surface));
+        if let Some(shades) = shades {
+            attributes["COLOR_0"] = self.add_floats(&shades, "VEC3", 3)?.into();
+        }
+        let primitive = |indices: usize, material: usize| {
+            json!({
+                "attributes": attributes, "indices": indices, "mode": TRIANGLES,
+                "material": material,
+            })
+        };
+        let indices = self.add_indices(surface.triangles.as_flattened())?;
+        let mut primitives = vec![primitive(indices, material)];
+        if let Some(back) = body.and_then(|(_, body)| glb_look::of_back(body)) {
+            let turned: Vec<u32> =
+                surface.triangles.iter().flat_map(|&[a, b, c]| [a, c, b]).collect();
+            let (indices, back) = (self.add_indices(&turned)?, self.add_material(back));
+            primitives.push(primitive(indices, back));
+        }
+        self.push_drawn(name, cover, (start, normals), primitives);
+        Ok(())
+    }
+
+    fn add_tube(
+        &mut self,
+        name: &str,
+        (rope, radius): (&[u32], f64),
+        all: &[DVec3],
+        material: usize,
+    ) -> io::Result<()> {
+        let cover = Cover::Tube { particles: rope.to_vec(), radius };
+        let (start, normals) = cover.vertices(all);
+        let attributes = json!({
+            "POSITION": self.add_vectors(&start)?,
+            "NORMAL": self.add_floats(normals.as_flattened(), "VEC3", 3)?,
+        });
+        let triangles = cover.tube(all).map(|mesh| mesh.triangles).unwrap_or_default();
+        let indices = self.add_indices(triangles.as_flattened())?;
+        let primitive = json!({
+            "attributes": attributes, "indices": indices, "mode": TRIANGLES, "material": material,
+        });
+        self.push_drawn(name, cover, (start, normals), vec![primitive]);
+        Ok(())
+    }
+
+    fn add_plain(
+        &mut self,
+        name: &str,
+        particles: Vec<u32>,
+        (indices, mode): (&[u32], u32),
+        (all, material): (&[DVec3], usize),
+    ) -> io::Result<()> {
+        let cover = Cover::Surface { particles, triangles: Vec::new() };
+        let (start, normals) = cover.vertices(all);
+        let attributes = json!({ "POSITION": self.add_vectors(&start)? });
+        let primitive = json!({
+            "attributes": attributes, "indices": self.add_indices(indices)?, "mode": mode,
+            "material": material,
+        });
+        self.push_drawn(name, cover, (start, normals), vec![primitive]);
+        Ok(())
+    }
+
+    fn push_drawn(
+        &mut self,
+        name: &str,
+        cover: Cover,
+        (start, normals): (Vec<[f32; 3]>, Vec<[f32; 3]>),
+        primitives: Vec<Value>,
+    ) {
+        let (name, targets) = (name.to_owned(), Vec::new());
+        self.parts.push(Drawn { name, cover, start, normals, primitives, targets });
+    }
+
+    /// Adds solids, each as a node with a mesh about its middle.
+    fn add_solids<R: Real>(&mut self, simulation: &Simulation<R>) -> io::Result<()> {
+        let snapshot = simulation.snapshot();
+        let stone = self.add_material(glb_look::stone());
+        for (number, solid) in snapshot.solids.iter().enumerate() {
+            let Some(mesh) = Mesh::of(&solid.shape) else { continue };
+            let attributes = json!({
+                "POSITION": self.add_vectors(&mesh.places)?,
+                "NORMAL": self.add_floats(mesh.normals.as_flattened(), "VEC3", 3)?,
+            });
+            let indices = self.add_indices(mesh.triangles.as_flattened())?;
+            let primitive = json!({
+                "attributes": attributes, "indices": indices, "mode": TRIANGLES,
+                "material": stone,
+            });
+            let name = format!("solid {number}");
+            self.solids.push(Scenery { number, name, primitive, ways: Vec::new() });
+        }
+        Ok(())
     }
 
     fn add_view(&mut self, bytes: &[u8]) -> io::Result<usize> {
@@ -152,14 +307,31 @@ impl Glb {
         let mut weights = vec![0.0; times.len() * targets];
         (0..targets).for_each(|target| weights[(target + 1) * targets + target] = 1.0);
         let output = self.add_floats(&weights, "SCALAR", 1)?;
-        let channel =
-            |node: usize| json!({ "sampler": 0, "target": { "node": node, "path": "weights" } });
-        let channels: Vec<Value> = (0..self.parts.len()).map(channel).collect();
-        Ok(json!({
-            "name": "run",
-            "samplers": [{ "input": input, "output": output, "interpolation": "LINEAR" }],
-            "channels": channels,
-        }))
+        let sampler =
+            |output: usize| json!({ "input": input, "output": output, "interpolation": "LINEAR" });
+        let channel = |sampler: usize, node: usize, path: &str| {
+            let target = json!({ "node": node, "path": path });
+            json!({ "sampler": sampler, "target": target })
+        };
+        let mut samplers = vec![sampler(output)];
+        let mut channels: Vec<Value> =
+            (0..self.parts.len()).map(|node| channel(0, node, "weights")).collect();
+        for row in 0..self.solids.len() {
+            let ways = std::mem::take(&mut self.solids[row].ways);
+            let node = self.parts.len() + row;
+            if ways.iter().any(|way| way.0 != ways[0].0) {
+                let places: Vec<f32> = ways.iter().flat_map(|way| way.0).collect();
+                channels.push(channel(samplers.len(), node, "translation"));
+                samplers.push(sampler(self.add_floats(&places, "VEC3", 3)?));
+            }
+            if ways.iter().any(|way| way.1 != ways[0].1) {
+                let turns: Vec<f32> = ways.iter().flat_map(|way| way.1).collect();
+                channels.push(channel(samplers.len(), node, "rotation"));
+                samplers.push(sampler(self.add_floats(&turns, "VEC4", 4)?));
+            }
+            self.solids[row].ways = ways;
+        }
+        Ok(json!({ "name": "run", "samplers": samplers, "channels": channels }))
     }
 
     fn document(&mut self) -> io::Result<Value> {
@@ -167,28 +339,33 @@ impl Glb {
         let animation = is_moving.then(|| self.animation()).transpose()?;
         let (mut meshes, mut nodes) = (Vec::new(), Vec::new());
         for (row, part) in self.parts.iter().enumerate() {
-            let mut primitive = part.primitive.clone();
-            primitive["material"] = usize::from(part.is_two_sided).into();
+            let mut primitives = part.primitives.clone();
             let mut mesh = json!({ "name": part.name });
             if !part.targets.is_empty() {
-                primitive["targets"] = json!(part.targets);
+                for primitive in &mut primitives {
+                    primitive["targets"] = json!(part.targets);
+                }
                 mesh["weights"] = json!(vec![0.0; part.targets.len()]);
             }
-            mesh["primitives"] = json!([primitive]);
+            mesh["primitives"] = json!(primitives);
             meshes.push(mesh);
             nodes.push(json!({ "name": part.name, "mesh": row }));
         }
-        let material = |name: &str, is_two_sided: bool| {
-            let rough = json!({ "metallicFactor": 0.0, "roughnessFactor": 0.7 });
-            json!({ "name": name, "doubleSided": is_two_sided, "pbrMetallicRoughness": rough })
-        };
+        for solid in &self.solids {
+            let mut node = json!({ "name": solid.name, "mesh": meshes.len() });
+            if let Some((place, turn)) = solid.ways.first() {
+                (node["translation"], node["rotation"]) = (json!(place), json!(turn));
+            }
+            nodes.push(node);
+            meshes.push(json!({ "name": solid.name, "primitives": [solid.primitive] }));
+        }
         let mut document = json!({
             "asset": { "version": "2.0", "generator": "msd" },
             "scene": 0,
             "scenes": [{ "nodes": (0..nodes.len()).collect::<Vec<_>>() }],
             "nodes": nodes,
             "meshes": meshes,
-            "materials": [material("solid", false), material("sheet", true)],
+            "materials": self.materials,
             "accessors": self.accessors,
             "bufferViews": self.views,
             "buffers": [{ "byteLength": self.spool.length() }],
@@ -204,16 +381,28 @@ impl Follow for Glb {
     fn add(&mut self, runner: &Runner) -> io::Result<()> {
         let is_first = self.times.is_empty();
         self.times.push(runner.time());
+        on!(runner, simulation => {
+            let snapshot = simulation.snapshot();
+            for solid in &mut self.solids {
+                let placed = Placed::new(&snapshot.solids[solid.number], snapshot.time);
+                let mut turn = DQuat::from_mat3(&placed.axes).as_quat();
+                // The shorter way from the turn before.
+                let before = solid.ways.last().map_or(turn, |way| Quat::from_array(way.1));
+                if turn.dot(before) < 0.0 {
+                    turn = -turn;
+                }
+                solid.ways.push((placed.middle.as_vec3().to_array(), turn.to_array()));
+            }
+        });
         if is_first {
             return Ok(());
         }
-        let all = positions(runner);
+        let all = on!(runner, simulation => places(simulation));
         for row in 0..self.parts.len() {
             let part = &self.parts[row];
-            let place = |particle: &u32| all[*particle as usize].map(|x| x as f32);
-            let now: Vec<[f32; 3]> = part.particles.iter().map(place).collect();
+            let (now, normals) = part.cover.vertices(&all);
             let moved = differences(&now, &part.start);
-            let turned = differences(&normals_of(&now, &part.triangles), &part.normals);
+            let turned = differences(&normals, &part.normals);
             let mut target = json!({ "POSITION": self.add_vectors(&moved)? });
             if !turned.is_empty() {
                 target["NORMAL"] = self.add_floats(turned.as_flattened(), "VEC3", 3)?.into();
@@ -247,6 +436,11 @@ impl Follow for Glb {
         written.map_err(|error| output.refused(&error))?;
         output.finish()
     }
+}
+
+/// Where all particles are, metres.
+fn places<R: Real>(simulation: &Simulation<R>) -> Vec<DVec3> {
+    simulation.positions().map(|position| position.to_f64()).collect()
 }
 
 /// The first vectors less the second ones, as many as there are of both.

@@ -7,12 +7,14 @@ mod mesh_files;
 mod mesh_cache;
 mod npz_file;
 mod vtk_file;
+mod glb_look;
 mod glb_file;
 #[cfg(feature = "parquet")]
 mod parquet_file;
 
 use crate::runner::Runner;
 use glb_file::{Glb, MOST_MOMENTS};
+pub use glb_look::PALETTE;
 use mesh_cache::{Cache, MeshCache};
 use mesh_files::{write_obj, write_ply};
 use msd_scene::{FileError, Output, Spool, shown_path, write_state};

@@ -20,6 +20,8 @@ pub struct Skin {
 pub struct Part {
     /// Its name.
     pub name: String,
+    /// The number of the body that it is.
+    pub body: Option<usize>,
     /// What is seen of it.
     pub form: Form,
 }
@@ -59,17 +61,21 @@ impl Skin {
                 _ => Form::Lines(springs()),
             }
         };
-        let part = |body: &Body| Part { name: body.name.clone(), form: form(body) };
-        let mut parts: Vec<Part> = bodies.iter().map(part).collect();
+        let part = |(number, body): (usize, &Body)| Part {
+            name: body.name.clone(),
+            body: Some(number),
+            form: form(body),
+        };
+        let mut parts: Vec<Part> = bodies.iter().enumerate().map(part).collect();
         let ends = bodies.last().map_or([0, 0], |body| [body.particles.end, body.springs.end]);
         let links = lines(ends[1]..model.spring_count());
         if !links.is_empty() {
-            parts.push(Part { name: "links".into(), form: Form::Lines(links) });
+            parts.push(Part { name: "links".into(), body: None, form: Form::Lines(links) });
         }
         let alone = ends[0] as u32..model.particle_count() as u32;
         let alone: Vec<u32> = alone.filter(is_there).collect();
         if !alone.is_empty() {
-            parts.push(Part { name: "particles".into(), form: Form::Points(alone) });
+            parts.push(Part { name: "particles".into(), body: None, form: Form::Points(alone) });
         }
         parts.retain(|part| !part.form.particles().is_empty());
         let mut seen = vec![false; model.particle_count()];

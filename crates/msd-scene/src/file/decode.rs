@@ -5,10 +5,11 @@ use crate::error::{FileError, nearest, plain};
 use crate::file::tree::key::Step;
 use crate::file::tree::{Node, Source, Value};
 use crate::shown::tame;
-use serde::de::value::StrDeserializer;
+use serde::de::value::{MapDeserializer, SeqDeserializer, StrDeserializer};
 use serde::de::{self, DeserializeOwned, DeserializeSeed, Expected, IntoDeserializer, Unexpected};
 use serde::forward_to_deserialize_any;
 use std::fmt::{self, Display};
+use std::iter::repeat_n;
 
 /// Reads rows from a source.
 ///
@@ -16,6 +17,29 @@ use std::fmt::{self, Display};
 /// An unknown or missing key, or a value of the wrong kind.
 pub fn decode<T: DeserializeOwned>(source: &Source<'_>) -> Result<T, FileError> {
     T::deserialize(&source.root).map_err(|error| error.explain(source))
+}
+
+/// What is wrong first with the rows of a source, mended in its tree so that the next can be found.
+pub(crate) fn mend<T: DeserializeOwned>(source: &mut Source<'_>) -> Option<FileError> {
+    let failure = T::deserialize(&source.root).err()?;
+    let mut node = &mut source.root;
+    for step in failure.path.iter().rev() {
+        node = match (step, &mut node.value) {
+            (Step::Key(key), Value::Table(rows)) => {
+                &mut rows.iter_mut().find(|row| row.0 == *key)?.2
+            }
+            (Step::Row(row), Value::List(rows)) => rows.get_mut(*row)?,
+            _ => return None,
+        };
+    }
+    match (&failure.reason, &mut node.value) {
+        (Reason::UnknownKey { key, .. }, Value::Table(rows)) => rows.retain(|row| row.0 != *key),
+        (Reason::MissingKey(key), Value::Table(rows)) => {
+            rows.push(((*key).into(), None, ANY));
+        }
+        (_, value) => *value = Value::Any,
+    }
+    Some(failure.explain(source))
 }
 
 /// The keys of a table.
@@ -28,6 +52,9 @@ pub(crate) fn keys_of<T: DeserializeOwned>() -> &'static [&'static str] {
         _ => &[],
     }
 }
+
+/// What stands for a value that was refused.
+const ANY: Node = Node { value: Value::Any, offset: None };
 
 /// What is wrong, and the path to it, innermost step first.
 #[derive(Debug)]
@@ -185,6 +212,7 @@ impl Node {
     fn shown(&self) -> String {
         match &self.value {
             Value::Nothing => "null".into(),
+            Value::Any => "any value".into(),
             Value::Flag(flag) => flag.to_string(),
             Value::Whole(number) => number.to_string(),
             Value::Number(number) => plain(*number),
@@ -201,6 +229,7 @@ impl<'de> de::Deserializer<'de> for &'de Node {
     fn deserialize_any<V: de::Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {
         let result = match &self.value {
             Value::Nothing => visitor.visit_unit(),
+            Value::Any => visitor.visit_u64(1),
             Value::Flag(flag) => visitor.visit_bool(*flag),
             Value::Whole(number) => match (u64::try_from(*number), i64::try_from(*number)) {
                 (Ok(number), _) => visitor.visit_u64(number),
@@ -221,7 +250,7 @@ impl<'de> de::Deserializer<'de> for &'de Node {
 
     fn deserialize_option<V: de::Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {
         match self.value {
-            Value::Nothing => visitor.visit_none(),
+            Value::Nothing | Value::Any => visitor.visit_none(),
             _ => visitor.visit_some(self),
         }
     }
@@ -232,11 +261,16 @@ impl<'de> de::Deserializer<'de> for &'de Node {
         known: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Failure> {
-        let Value::Text(text) = &self.value else {
+        let any = || known.first().copied().filter(|_| matches!(self.value, Value::Any));
+        let text = match &self.value {
+            Value::Text(text) => Some(text.as_str()),
+            _ => any(),
+        };
+        let Some(text) = text else {
             let (value, expected) = (self.shown(), format!("one of {}", known.join(", ")));
             return Err(Failure::new(Reason::Value { value, expected }));
         };
-        let variant: StrDeserializer<'_, Failure> = text.as_str().into_deserializer();
+        let variant: StrDeserializer<'_, Failure> = text.into_deserializer();
         visitor.visit_enum(variant)
     }
 
@@ -250,6 +284,10 @@ impl<'de> de::Deserializer<'de> for &'de Node {
         if matches!(self.value, Value::Table(_)) {
             return self.deserialize_any(visitor);
         }
+        if matches!(self.value, Value::Any) {
+            let rows = keys.iter().map(|key| (*key, &ANY));
+            return visitor.visit_map(MapDeserializer::new(rows));
+        }
         let expected = match keys.len() {
             ..=3 => format!("a table with the keys {}", keys.join(", ")),
             _ => "a table".into(),
@@ -257,9 +295,42 @@ impl<'de> de::Deserializer<'de> for &'de Node {
         Err(Failure::new(Reason::Value { value: self.shown(), expected }))
     }
 
+    fn deserialize_tuple<V: de::Visitor<'de>>(
+        self,
+        length: usize,
+        visitor: V,
+    ) -> Result<V::Value, Failure> {
+        match self.value {
+            Value::Any => visitor.visit_seq(SeqDeserializer::new(repeat_n(1_u64, length))),
+            _ => self.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_seq<V: de::Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {
+        match self.value {
+            Value::Any => visitor.visit_seq(SeqDeserializer::new(repeat_n(1_u64, 0))),
+            _ => self.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_string<V: de::Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {
+        match self.value {
+            Value::Any => visitor.visit_str(""),
+            _ => self.deserialize_any(visitor),
+        }
+    }
+
     forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit
-        unit_struct newtype_struct seq tuple tuple_struct map identifier ignored_any
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str bytes byte_buf unit
+        unit_struct newtype_struct tuple_struct map identifier ignored_any
+    }
+}
+
+impl<'de> IntoDeserializer<'de, Failure> for &'de Node {
+    type Deserializer = Self;
+
+    fn into_deserializer(self) -> Self {
+        self
     }
 }
 

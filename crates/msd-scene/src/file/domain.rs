@@ -332,7 +332,7 @@ impl Source<'_> {
 }
 
 /// A key such as `bodies[2].mass` without the numbers of rows: `bodies.mass`.
-fn without_rows(key: &str) -> String {
+pub(crate) fn without_rows(key: &str) -> String {
     let mut inside = false;
     let mut kept = |letter: &char| {
         inside = *letter == '[' || inside && *letter != ']';

@@ -1,13 +1,13 @@
 //! Scene files: text, tree of values, rows, scene.
 //!
-//! [`text`] is read into a [`tree`] of values that know where they were written, some of which may
+//! A text is read into a [`tree`] of values that know where they were written, some of which may
 //! be replaced; [`decode`] makes the rows of the [`schema`] of it; [`build`] checks each number
 //! against its [`domain`] and makes the rows of a scene, obstacle by obstacle ([`obstacles`]) and
 //! body by body ([`bodies`], [`substance`], [`look`]), within a [`budget`] of memory. [`sets`] are
 //! particles that pins hold and links join.
+//! [`refusals`] finds what else is wrong with a file that was refused.
 //! [`refine`] makes the same scene at a part of its spacing.
 
-mod text;
 pub mod tree;
 mod decode;
 pub mod schema;
@@ -21,6 +21,7 @@ mod touch;
 mod look;
 mod sets;
 mod build;
+mod refusals;
 mod refine;
 
 pub(crate) use bodies::MeshReader;
@@ -28,6 +29,7 @@ pub(crate) use budget::{Budget, count_lattice};
 pub(crate) use build::{Understood, understand};
 pub use decode::decode;
 pub(crate) use refine::refine;
-pub(crate) use text::ending;
-pub use text::{SceneFormat, format_of, read_text};
+pub(crate) use refusals::refusals;
 pub use touch::default_touch;
+pub(crate) use tree::text::ending;
+pub use tree::text::{SceneFormat, format_of, read_text};

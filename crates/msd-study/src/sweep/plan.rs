@@ -230,7 +230,7 @@ impl Sweep {
             let found = axes.find(|(axis, _)| axis.key.concerns(key));
             found.map(|(axis, &choice)| axis.values[choice].1.clone())
         };
-        error.placed(place).unwrap_or_else(|error| {
+        error.placed(&place).unwrap_or_else(|error| {
             let (number, words) = (cell.number, self.words(cell));
             let reason = format!("cell {number} ({words}): {error}");
             FileError::Malformed { place: self.file.grid_place.clone(), reason }

@@ -217,7 +217,7 @@ fn add_canonical(value: &Value, bytes: &mut Vec<u8>) {
         bytes.extend(text);
     };
     match value {
-        Value::Nothing => bytes.push(b'0'),
+        Value::Nothing | Value::Any => bytes.push(b'0'),
         Value::Flag(flag) => bytes.extend([b'f', u8::from(*flag)]),
         // A whole number beyond 2^53 stays what it is.
         Value::Whole(number) if (*number as f64) as i128 != *number => {

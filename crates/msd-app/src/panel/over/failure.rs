@@ -33,7 +33,7 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
 /// The substep and the limit, as the panel has them.
 fn limit(ui: &mut Ui, session: &Session) {
     let substep = quantity(session.runner().settings().substep(), "s");
-    let (text, colour) = solver::describe(session.stability().map(|(share, _)| share));
+    let (text, colour) = solver::light(session);
     let between = if text.starts_with("is ") { " " } else { ": " };
     let marked = if session.fastest_springs().is_empty() {
         ""

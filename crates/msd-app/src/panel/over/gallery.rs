@@ -30,6 +30,9 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
             let field =
                 TextEdit::singleline(&mut gallery.path).hint_text("scene, mesh or saved run");
             let field = ui.add(field.desired_width(ui.available_width() - 60.0));
+            if std::mem::take(&mut gallery.is_new) {
+                field.request_focus();
+            }
             viewer.landmarks.insert("file", field.rect);
             let is_entered = field.labelled_by(name.id).lost_focus()
                 && ui.input(|input| input.key_pressed(egui::Key::Enter));
@@ -41,6 +44,9 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
         });
         let text = "Or drop a file onto the window.";
         ui.label(RichText::new(text).small().color(theme::FAINT));
+        if let Some(note) = &viewer.note {
+            ui.label(RichText::new(note).small().color(theme::WARN));
+        }
         let area = ScrollArea::vertical().max_height(room.y.clamp(150.0, 520.0));
         scroll(ui, area, |ui| {
             let columns = (ui.available_width() / (CELL + 8.0)).floor().max(1.0) as usize;
@@ -60,10 +66,12 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
             });
         });
     });
-    match wanted {
-        Some(name) => viewer.open_named(&name),
-        None if open => viewer.gallery = Some(gallery),
-        None => {}
+    // The scene behind it gets no keys, so this one closes it here.
+    open &= !ui.input(|input| input.key_pressed(egui::Key::Escape));
+    // A path that cannot be opened stays, to be mended.
+    let is_done = wanted.is_some_and(|name| viewer.open_named(&name)) || !open;
+    if !is_done {
+        viewer.gallery = Some(gallery);
     }
 }
 

@@ -81,8 +81,9 @@ impl Session {
         }
     }
 
-    /// Makes a wind; one of strength 0 ends it.
+    /// Makes a wind, which can be undone; one of strength 0 ends it.
     pub fn set_wind(&mut self, wind: Wind) {
+        self.remember(Deed::Wind);
         (self.wind, self.is_blowing) = (Some(wind), false);
         self.blow();
     }
@@ -110,6 +111,12 @@ impl Session {
     pub fn deselect(&mut self) {
         self.release();
         self.grab = Grab::default();
+    }
+
+    /// Selects a particle, if there is one of this number, without holding it.
+    pub fn select_particle(&mut self, particle: Option<usize>) {
+        let count = self.runner().particle_count();
+        self.grab.selected = particle.filter(|&particle| particle < count);
     }
 
     /// Pins a free particle where it is, or frees a pinned one.

@@ -1,8 +1,8 @@
 //! Acts of a session upon its past: looking back, going on from there, undo and redo.
 
 use super::{Before, Deed, Mark, MarkKind};
-use crate::session::Session;
 use crate::session::recording::now;
+use crate::session::{Session, Wind};
 use msd_run::recording::Event;
 use msd_run::{Moment, Runner, on};
 
@@ -90,13 +90,14 @@ impl Session {
         self.timeline.mark(self.runner().steps(), MarkKind::Edit);
         let begins = self.undo.begins(deed);
         if begins {
-            self.undo.keep(Before::new(deed, self.run.runner(), &self.material));
+            let now = (self.run.runner(), &self.material, self.wind());
+            self.undo.keep(Before::new(deed, now));
         }
         begins
     }
 
-    /// Undoes the last edit, pin, cut, freeze or change of the solver: what was set is as it was
-    /// before, and the motion goes on.
+    /// Undoes the last edit, pin, cut, freeze, wind or change of the solver: what was set is as it
+    /// was before, and the motion goes on.
     pub fn undo(&mut self) {
         self.turn(true);
     }
@@ -109,9 +110,9 @@ impl Session {
     fn turn(&mut self, is_undo: bool) {
         self.release();
         self.settle();
-        let now = (self.run.runner(), &self.material);
+        let now = (self.run.runner(), &self.material, self.wind());
         let Some(before) = self.undo.turn(is_undo, now) else { return };
-        let (runner, material) = match before.restored((self.run.runner(), &self.material)) {
+        let (runner, material, wind) = match before.restored(now) {
             Ok(restored) => restored,
             Err(error) => return self.refusal = Some(error.to_string()),
         };
@@ -125,7 +126,8 @@ impl Session {
         }
         self.limit_of = self.runner().steps();
         self.record_start();
-        // The wind is as it is now, whatever it was then.
+        // Unless it is the wind that is undone, it is as it is now, whatever it was then.
+        self.wind = self.wind.map_or((wind != Wind::default()).then_some(wind), |_| Some(wind));
         self.is_blowing = false;
         self.blow();
         self.timeline.mark(self.runner().steps(), MarkKind::Edit);

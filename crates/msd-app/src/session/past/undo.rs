@@ -1,6 +1,7 @@
 //! Undo of what hands have set: the model as it was before under the state and the settings of now,
 //! or the settings as they were before for the model of now.
 
+use crate::session::Wind;
 use crate::session::material::Material;
 use glam::DVec3;
 use msd_core::{Error, Interaction, Settings};
@@ -29,6 +30,8 @@ pub enum Deed {
     Cut,
     /// The present shape became the shape at rest.
     Freeze,
+    /// The wind turned, or another blows.
+    Wind,
 }
 
 impl Deed {
@@ -39,6 +42,7 @@ impl Deed {
             Deed::Pin => "pin",
             Deed::Cut => "cut",
             Deed::Freeze => "freeze",
+            Deed::Wind => "wind",
         }
     }
 }
@@ -54,17 +58,22 @@ pub struct Before {
 enum Kept {
     Model(Box<(Runner, Material)>),
     Solver { settings: Settings, precision: Precision, automatic: bool },
+    Wind(Wind),
 }
 
+/// What a deed may change: the run, its material, and the wind that blows.
+pub(in crate::session) type Now<'a> = (&'a Runner, &'a Material, Wind);
+
 impl Before {
-    /// What a deed is about to change of a run and its material.
-    pub(in crate::session) fn new(deed: Deed, runner: &Runner, material: &Material) -> Self {
+    /// What a deed is about to change.
+    pub(in crate::session) fn new(deed: Deed, (runner, material, wind): Now<'_>) -> Self {
         let kept = match deed {
             Deed::Solver(_) => Kept::Solver {
                 settings: runner.settings(),
                 precision: runner.precision(),
                 automatic: runner.is_automatic(),
             },
+            Deed::Wind => Kept::Wind(wind),
             _ => Kept::Model(Box::new((runner.clone(), material.clone()))),
         };
         Before { deed, kept }
@@ -73,17 +82,18 @@ impl Before {
     fn rows(&self) -> usize {
         match &self.kept {
             Kept::Model(model) => model.0.particle_count() + model.0.spring_count(),
-            Kept::Solver { .. } => 1,
+            Kept::Solver { .. } | Kept::Wind(_) => 1,
         }
     }
 
-    /// A run and its material as they are now, but for what the deed has changed.
+    /// A run, its material and the wind as they are now, but for what the deed has changed.
     pub(in crate::session) fn restored(
         self,
-        (now, material): (&Runner, &Material),
-    ) -> Result<(Runner, Material), Error> {
+        (now, material, wind): Now<'_>,
+    ) -> Result<(Runner, Material, Wind), Error> {
         match self.kept {
-            Kept::Model(model) => Ok((under(model.0, now)?, model.1)),
+            Kept::Model(model) => Ok((under(model.0, now)?, model.1, wind)),
+            Kept::Wind(wind) => Ok((now.clone(), material.clone(), wind)),
             Kept::Solver { settings, precision, automatic } => {
                 let mut runner = now.clone();
                 if precision != runner.precision() {
@@ -92,7 +102,7 @@ impl Before {
                 runner.set_automatic(false)?;
                 runner.set_settings(settings)?;
                 runner.set_automatic(automatic)?;
-                Ok((runner, material.clone()))
+                Ok((runner, material.clone(), wind))
             }
         }
     }
@@ -154,7 +164,7 @@ impl Undo {
 
     /// Whether what is about to be done begins something new, or goes on with the last edit.
     pub(in crate::session) fn begins(&mut self, deed: Deed) -> bool {
-        let goes_on = matches!(deed, Deed::Edit(_) | Deed::Solver(_) | Deed::Cut)
+        let goes_on = matches!(deed, Deed::Edit(_) | Deed::Solver(_) | Deed::Cut | Deed::Wind)
             && self.age <= TOGETHER
             && self.future.is_empty()
             && self.past.last().is_some_and(|last| last.deed == deed);
@@ -178,17 +188,13 @@ impl Undo {
 
     /// What comes back: before the last deed, or after the one that was undone last. The run as it
     /// is takes its place on the other side.
-    pub(in crate::session) fn turn(
-        &mut self,
-        is_undo: bool,
-        (runner, material): (&Runner, &Material),
-    ) -> Option<Before> {
+    pub(in crate::session) fn turn(&mut self, is_undo: bool, now: Now<'_>) -> Option<Before> {
         let (from, to) = match is_undo {
             true => (&mut self.past, &mut self.future),
             false => (&mut self.future, &mut self.past),
         };
         let before = from.pop()?;
-        to.push(Before::new(before.deed, runner, material));
+        to.push(Before::new(before.deed, now));
         // The next edit is one of its own.
         self.age = f64::INFINITY;
         Some(before)

@@ -130,6 +130,7 @@ fn row_number(text: &str) -> Option<usize> {
 pub fn shown(value: &Value) -> String {
     match value {
         Value::Nothing => "missing".into(),
+        Value::Any => "any value".into(),
         Value::Flag(flag) => flag.to_string(),
         Value::Whole(number) => number.to_string(),
         Value::Number(number) => plain(*number),
@@ -149,8 +150,8 @@ pub fn shown(value: &Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::file::text::SceneFormat;
     use crate::file::tree::Source;
+    use crate::file::tree::text::SceneFormat;
 
     fn set(scene: &str, key: &str, value: Value) -> Result<String, String> {
         let mut source = Source::parse(scene, SceneFormat::Toml, "scene").expect("TOML");

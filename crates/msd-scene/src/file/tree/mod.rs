@@ -1,12 +1,13 @@
 //! Trees of values that remember where they were written, the same for TOML and JSON.
 
+pub(in crate::file) mod text;
 pub mod key;
 mod assignment;
 
 pub use assignment::Assignment;
 
 use crate::error::{FileError, Place, one_line};
-use crate::file::text::SceneFormat;
+use crate::file::tree::text::SceneFormat;
 use crate::precision::Precision;
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde::ser::{Serialize, Serializer};
@@ -29,6 +30,8 @@ pub struct Node {
 pub enum Value {
     /// A null of JSON.
     Nothing,
+    /// Any value that its key may have, in place of one that was refused.
+    Any,
     /// True or false.
     Flag(bool),
     /// A whole number.
@@ -44,10 +47,11 @@ pub enum Value {
 }
 
 /// A scene file as text and as a tree.
+#[derive(Clone)]
 pub struct Source<'t> {
     /// What the user calls the file.
     pub name: &'t str,
-    text: &'t str,
+    pub(in crate::file) text: &'t str,
     /// The tree.
     pub root: Node,
     /// The precision that the scene asks for, once that is known: its numbers must fit.
@@ -90,7 +94,7 @@ impl<'t> Source<'t> {
     }
 
     /// The values along a path, then `None` if it goes on.
-    fn walk(&self, path: &str) -> impl Iterator<Item = Option<&Node>> {
+    pub(in crate::file) fn walk(&self, path: &str) -> impl Iterator<Item = Option<&Node>> {
         let mut node = Some(&self.root);
         let steps = path.split(['.', '[', ']']).filter(|step| !step.is_empty());
         steps.map(move |step| {
@@ -216,7 +220,7 @@ fn without_place(node: Node) -> Node {
 impl Serialize for Value {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
-            Value::Nothing => serializer.serialize_unit(),
+            Value::Nothing | Value::Any => serializer.serialize_unit(),
             Value::Flag(flag) => serializer.serialize_bool(*flag),
             // As JSON has it: what no key of a scene may hold loses digits.
             Value::Whole(number) => match i64::try_from(*number) {
