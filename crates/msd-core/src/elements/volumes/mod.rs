@@ -162,7 +162,7 @@ impl<R: Real> StencilLaw<R, 8> for VolumeLaw<R> {
         let (law, shape) = row.shape_f64(motion);
         let [e] = shape.dilations;
         let slopes: f64 = corner_lengths(&shape).into_iter().sum();
-        let energy = law.modulus * law.rest * (0.5 * e * e / law.reach(e));
+        let energy = law.modulus * law.rest * law.stored(e);
         [energy, law.tension(e).abs() * slopes, law.slope(e).abs() * slopes * slopes / law.rest]
     }
 
