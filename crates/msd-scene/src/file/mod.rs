@@ -15,6 +15,7 @@ pub mod domain;
 mod turn;
 mod budget;
 mod substance;
+mod weight;
 mod bodies;
 mod obstacles;
 mod touch;
