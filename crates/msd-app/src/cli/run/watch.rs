@@ -32,6 +32,8 @@ pub struct Watch {
     /// What touched at the last prediction.
     touched: Mode,
     witness: Witness,
+    /// The most energy that was missing, joules.
+    lost: f64,
     /// Energy that the integrator has added.
     pub gain: Option<Gain>,
     /// How far the solves of an implicit method got.
@@ -72,6 +74,7 @@ impl Watch {
             stable,
             touched: Mode::default(),
             witness: Witness::default(),
+            lost: 0.0,
             gain: None,
             solved: None,
             chosen: None,
@@ -100,6 +103,7 @@ impl Watch {
             self.chosen = Some(Chosen::now(self.chosen, substeps));
         }
         self.elastic = runner.show_to(&mut self.witness).elastic;
+        self.lost = self.lost.max(self.witness.loss());
         let gain = self.witness.gain();
         self.gain = Gain::now(self.gain, gain, (runner.time(), self.elastic));
         if let Some(solved) = runner.solved() {
@@ -144,10 +148,10 @@ impl Watch {
         least < self.stable && least < settings.substep()
     }
 
-    /// The energy that is missing at the end, joules; `None` where none is, or user input did work.
+    /// The most energy that was missing, joules; `None` where none was, or user input did work.
     pub fn loss(&self) -> Option<f64> {
         let is_known = !self.is_handled && !self.squeezed;
-        Some(self.witness.loss()).filter(|&loss| is_known && 0.0 < loss)
+        Some(self.lost).filter(|&loss| is_known && 0.0 < loss)
     }
 
     /// The warning of energy that nothing took by any account: an error, or the damping that a
@@ -156,8 +160,8 @@ impl Watch {
         let loss = quantity(self.loss()?, "J");
         Some(match integrator {
             Integrator::BackwardEuler | Integrator::Xpbd => format!(
-                "{integrator} has damped {loss} by itself, more than a tenth of the most that was \
-                 in motion, beside what is dissipated: it does so by design, and less with more \
+                "{integrator} has damped {loss} of energy by itself, more than a tenth of the most that \
+                 was in motion, beside what is dissipated: it does so by design, and less with more \
                  substeps"
             ),
             _ => format!(
