@@ -368,8 +368,8 @@ fn a_hundred_lifts_are_no_errors_and_the_work_is_that_of_the_weight() {
             let rise = if returns { 0.0 } else { height };
             let weight = 9.82 * mass * rise;
             let work = energy.supplied - energy.dissipated;
-            // In a substep h it may fall, or be slowed, by (g + 5 m/s²) h before contact is felt, and
-            // that is booked or not, m ((g + 5) h)²/2 in each of the 4 s / h.
+            // In a substep h it may fall, or be slowed, by (g + 5 m/s²) h before contact is felt,
+            // and that is booked or not, m ((g + 5) h)²/2 in each of the 4 s / h.
             let allowed = 0.5 * mass * 14.82f64.powi(2) * run.settings().substep() * 4.0;
             assert!((work - weight).abs() < allowed, "{integrator}: {work} of {weight} J");
             let raised = energy.gravitational - start.gravitational;

@@ -7,6 +7,7 @@ use crate::{Runner, on};
 use msd_core::Vector;
 use msd_core::glam::DVec3;
 use serde::Serialize;
+use std::ops::Range;
 
 /// How far the edges of a corner may be from right angles: the least volume of a corner by the
 /// product of its edges.
@@ -28,8 +29,8 @@ pub struct Overturned {
     pub of: usize,
 }
 
-/// The corners of the cells of solids, by body: a particle and three neighbours at right angles that
-/// are joined to each other, so that a corner is as stiff as its springs.
+/// The corners of the cells of solids, by body: a particle and three neighbours at right angles
+/// that are joined to each other, so that a corner is as stiff as its springs.
 #[derive(Clone, Debug, Default)]
 pub struct Cells(Vec<(usize, Vec<Corner>)>);
 
@@ -52,11 +53,12 @@ impl Cells {
             let bent: Vec<usize> =
                 model.bends().rows().map(|row| row.particles[0]).collect();
             let bodies = model.bodies().iter().enumerate();
-            let solids = bodies.filter(|(_, body)| !bent.iter().any(|at| body.particles.contains(at)));
-            Cells(solids.map(|(number, body)| {
-                let corners = body.particles.clone().flat_map(|at| corners(&places, &neighbours, at));
-                (number, corners.collect())
-            }).collect())
+            let is_bent = |own: &Range<usize>| bent.iter().any(|at| own.contains(at));
+            let solids = bodies.filter(|(_, body)| !is_bent(&body.particles));
+            let corners_of = |own: &Range<usize>| {
+                own.clone().flat_map(|at| corners(&places, &neighbours, at)).collect()
+            };
+            Cells(solids.map(|(number, body)| (number, corners_of(&body.particles))).collect())
         })
     }
 

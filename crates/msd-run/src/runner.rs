@@ -241,8 +241,8 @@ impl Runner {
     }
 
     /// Bounds the work of each step of an adaptive method, so that whoever waits for it is not kept
-    /// waiting for more than about a second; a step that needs more fails. Returns whether a step of
-    /// any other method, with its present substeps, stays within that.
+    /// waiting for more than about a second; a step that needs more fails. Returns whether a step
+    /// of any other method, with its present substeps, stays within that.
     pub fn bound_work(&mut self) -> bool {
         let Settings { integrator, substeps, .. } = self.settings();
         let most = on!(self, simulation => {

@@ -217,8 +217,8 @@ impl Witness {
         self.balance.change
     }
 
-    /// The part of the most kinetic and elastic energy so far, and of what was supplied, that errors
-    /// of the balance may reach, joules.
+    /// The part of the most kinetic and elastic energy so far, and of what was supplied, that
+    /// errors of the balance may reach, joules.
     fn at_stake(&self) -> f64 {
         let [first, _, supplied] = self.supplied;
         FRACTION * (self.most + (supplied - first))

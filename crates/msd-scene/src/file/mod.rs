@@ -15,7 +15,6 @@ pub mod domain;
 mod turn;
 mod budget;
 mod substance;
-mod weight;
 mod bodies;
 mod obstacles;
 mod touch;

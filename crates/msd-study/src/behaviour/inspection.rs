@@ -35,8 +35,8 @@ pub struct Inspection {
     /// Its moduli, if it is a solid, a flat sheet or a straight rope.
     pub moduli: Option<Directions>,
     /// The smallest and the largest Young's modulus of an irregular solid, such as that of a mesh,
-    /// that a uniform stress pulls at its surface, pascals; `None` of a lattice, of which the moduli
-    /// are exact, and of more than 4000 particles.
+    /// that a uniform stress pulls at its surface, pascals; `None` of a lattice, of which the
+    /// moduli are exact, and of more than 4000 particles.
     pub pulled: Option<[f64; 2]>,
     /// Bending stiffness inside it, the smallest and the largest along its lattice and the
     /// diagonals of that: newton metres of a sheet, newton square metres of a rope; `None` of a
@@ -210,7 +210,8 @@ fn is_irregular(springs: &[Spring]) -> bool {
     2 < longer.take(3).count()
 }
 
-/// The smallest and the largest Young's modulus of springs that are pulled at the surface of a solid.
+/// The smallest and the largest Young's modulus of springs that are pulled at the surface of a
+/// solid.
 fn pulled(
     alone: &Scene,
     (filled, triangles): (Filled, &[[usize; 3]]),

@@ -1,10 +1,10 @@
 //! Moduli of a solid that is pulled at its surface.
 //!
-//! A uniform stress σ acts on a closed surface with the force σ A on a triangle of area A, which its
-//! corners share. With K the stiffness of the springs, u = K⁻¹ f is where the particles go, and the
-//! mean strain in a volume V is (1/V) Σ sym(u ⊗ A). So f_aᵀ u_b / V are the compliances of a body of
-//! any form: never stiffer than it is, where the moduli of a uniform strain are never softer
-//! (Reuss, 1929; Voigt, 1889).
+//! A uniform stress σ acts on a closed surface with the force σ A on a triangle of area A, which
+//! its corners share. With K the stiffness of the springs, u = K⁻¹ f is where the particles go, and
+//! the mean strain in a volume V is (1/V) Σ sym(u ⊗ A). So f_aᵀ u_b / V are the compliances of a
+//! body of any form. Such a body is never stiffer than it is, where the moduli of a uniform strain
+//! are never softer (Reuss, 1929; Voigt, 1889).
 
 use msd_core::Scene;
 use msd_core::glam::{DMat3, DVec3};
@@ -140,8 +140,9 @@ mod tests {
 
     #[test]
     fn a_block_is_as_stiff_as_its_material_but_for_how_triangles_share_a_load() {
-        // Triangles share the load of a square by its diagonal, not in quarters: at the edges that is
-        // no uniform stress. What that costs is never stiffness, and falls with the number of cells.
+        // Triangles share the load of a square by its diagonal, not in quarters: at the edges that
+        // is not a uniform stress. It never makes a body stiffer, and falls with the number of
+        // cells.
         let elasticity = Elasticity::Solid { young: 1e4, poisson: 0.25 };
         let substance = Substance { elasticity, density: 1000.0, relaxation_time: 0.0 };
         let off = |count: usize| {

@@ -83,8 +83,8 @@ pub struct RunReport {
     pub state_hash: String,
     /// Energy that the integrator has added; null if it added none.
     pub energy_gain: Option<Gain>,
-    /// The most energy that was missing and that nothing took by any account, joules, where it is more
-    /// than a tenth of the most that was in motion; null where it is not.
+    /// The most energy that was missing and that nothing took by any account, joules, where it is
+    /// more than a tenth of the most that was in motion; null where it is not.
     pub energy_loss: Option<f64>,
     /// Change of the total energy, joules, which is the error of the method and of contact in it;
     /// what adds up in a body at rest is left out. Null for a replay, in which a user does work.

@@ -160,9 +160,9 @@ impl Watch {
         let loss = quantity(self.loss()?, "J");
         Some(match integrator {
             Integrator::BackwardEuler | Integrator::Xpbd => format!(
-                "{integrator} has damped {loss} of energy by itself, more than a tenth of the most that \
-                 was in motion, beside what is dissipated: it does so by design, and less with more \
-                 substeps"
+                "{integrator} has damped {loss} of energy by itself, more than a tenth of the most \
+                 that was in motion, beside what is dissipated: it does so by design, and less \
+                 with more substeps"
             ),
             _ => format!(
                 "the total energy has fallen by {loss}, more than a tenth of the most that was in \
@@ -300,8 +300,8 @@ fn resolving(runner: &Runner) -> f64 {
 /// The warning of cells that are flat or inside out.
 fn overturned(Overturned { body, corners, of }: &Overturned) -> String {
     format!(
-        "{corners} of the {of} corners of cells in bodies[{body}] are flat or inside out at the end; \
-         a stiffer material, a finer spacing or a softer impact prevents that"
+        "{corners} of the {of} corners of cells in bodies[{body}] are flat or inside out at the \
+         end; a stiffer material, a finer spacing or a softer impact prevents that"
     )
 }
 
