@@ -242,9 +242,7 @@ impl Session {
         let back = debris(self.run.runner(), &self.history);
         let revision = self.run.revision();
         self.go_back(back);
-        // What the method had added by then is still there.
-        self.energy.carry_over(revision, &self.run);
-        self.energy.sample(&self.run);
+        self.energy.sample_after(revision, &self.run);
         self.stability_light.forget();
         self.timeline.mark(self.runner().steps(), MarkKind::Warning);
         self.failure = Some(RunFailure::new(error, 0 < back, self.runner().time()));
