@@ -282,3 +282,101 @@ fn rounding_about_the_middle_of_a_solid_is_no_gain() {
         }
     }
 }
+
+/// A witness that looked at each step of a run.
+fn witnessed(simulation: &mut Simulation<f64>, steps: usize) -> Witness {
+    let mut witness = Witness::default();
+    witness.watch(simulation);
+    for _ in 0..steps {
+        simulation.step().expect("a run that stays in the world");
+        witness.watch(simulation);
+    }
+    witness
+}
+
+#[test]
+fn energy_that_nothing_took_is_a_loss_and_what_dampers_took_is_none() {
+    let decays = |booked: f64| {
+        let mut witness = Witness::default();
+        for sample in 0..160 {
+            let lost = 0.005 * f64::from(sample);
+            let kinetic = 1.0 - lost;
+            witness.see(Energy { kinetic, dissipated: booked * lost, ..Energy::default() }, 0.0);
+        }
+        witness.loss()
+    };
+    // The highest of the last window, which begins at sample 144.
+    assert!((decays(0.0) - 0.005 * 144.0).abs() < 1e-12, "{}", decays(0.0));
+    assert_eq!(decays(1.0), 0.0);
+    // A tenth of what was in motion is allowed.
+    assert_eq!(decays(0.9), 0.0);
+}
+
+#[test]
+fn what_backward_euler_damps_by_itself_is_a_loss_by_its_closed_form() {
+    // Both amplitudes of an oscillator fall by √(1 + h² w²) in a step, w² = 2 k / m.
+    let mut random = common::Random(3);
+    for _ in 0..100 {
+        let (k, h) = (20.0 + 80.0 * random.unit(), 0.01 + 0.02 * random.unit());
+        let scene = two_masses([1.0, 1.0], k, 0.0, 0.1);
+        let mut run = simulation::<f64>(&scene, Integrator::BackwardEuler, h);
+        let start = run.energy().total();
+        let loss = witnessed(&mut run, 159).loss();
+        let left = (1.0 + 2.0 * k * h * h).powi(-144);
+        let expected = start * (1.0 - left);
+        // The solve leaves 1e-6 of its residual, 160 times.
+        assert!((loss - expected).abs() < 2e-4 * start, "k {k}, h {h}: {loss}, {expected}");
+        let mut run = simulation::<f64>(&scene, Integrator::VelocityVerlet, h);
+        assert_eq!(witnessed(&mut run, 159).loss(), 0.0, "k {k}, h {h}");
+    }
+}
+
+#[test]
+fn a_hundred_lifts_are_no_errors_and_the_work_is_that_of_the_weight() {
+    // A mass on a plate that rises between two key frames and stops, or goes down again.
+    let mut random = common::Random(11);
+    for _ in 0..100 {
+        let (begin, takes) = (0.2 * random.unit(), 0.5 + random.unit());
+        // A cubic between two key frames has an acceleration of at most 6 height / takes², here 5:
+        // the mass stays on the plate.
+        let (mass, height) =
+            (0.1 + 5.0 * random.unit(), takes * takes * (0.05 + 0.75 * random.unit()));
+        let below = DVec3::Y * -0.5;
+        let key = |time: f64, rise: f64| {
+            let position = below + DVec3::Y * rise;
+            KeyFrame { time, position, axes: DMat3::IDENTITY }
+        };
+        let mut keys = vec![key(begin, 0.0), key(begin + takes, height)];
+        let returns = random.yes();
+        if returns {
+            keys.push(key(begin + 2.5 * takes, 0.0));
+        }
+        let shape = Shape::Box { size: DVec3::new(2.0, 1.0, 2.0) };
+        let solids = vec![Solid { position: below, keys, ..Solid::new(shape) }];
+        let particles = vec![Particle { position: DVec3::ZERO, velocity: DVec3::ZERO, mass }];
+        let scene = Scene { particles, solids, ..Scene::default() };
+        // Explicit Euler does add energy, in every fall within a substep.
+        for integrator in Integrator::ALL.into_iter().filter(|&it| it != Integrator::ExplicitEuler)
+        {
+            let settings = Settings { integrator, ..Settings::default() };
+            let mut run = Simulation::<f64>::new(&scene, settings).expect("a valid scene");
+            let start = run.energy();
+            let witness = witnessed(&mut run, 240);
+            let found = [witness.gain(), witness.surplus(), witness.loss()];
+            assert_eq!(found, [0.0; 3], "{integrator}, {height} m in {takes} s");
+            let energy = run.energy();
+            let rise = if returns { 0.0 } else { height };
+            let weight = 9.82 * mass * rise;
+            let work = energy.supplied - energy.dissipated;
+            // In a substep h it may fall, or be slowed, by (g + 5 m/s²) h before contact is felt,
+            // and that is booked or not, m ((g + 5) h)²/2 in each of the 4 s / h.
+            let allowed = 0.5 * mass * 14.82f64.powi(2) * run.settings().substep() * 4.0;
+            assert!((work - weight).abs() < allowed, "{integrator}: {work} of {weight} J");
+            let raised = energy.gravitational - start.gravitational;
+            assert!((raised - weight).abs() < allowed, "{integrator}: {raised} of {weight} J");
+            // To the tolerance of Dormand-Prince.
+            let least = -1e-3 * mass * 9.82 * height;
+            assert!(least < energy.dissipated, "{integrator}: {}", energy.dissipated);
+        }
+    }
+}

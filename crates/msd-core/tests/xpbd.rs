@@ -4,7 +4,10 @@ mod common;
 
 use common::{distance, run, simulation, tumbling_block, two_masses};
 use msd_core::glam::DVec3;
-use msd_core::{Friction, Integrator, Material, Pin, Plane, Scene, Settings, Simulation, shape};
+use msd_core::{
+    Friction, Integrator, Material, Particle, Pin, Plane, Scene, Settings, Simulation, Spring,
+    shape,
+};
 
 const XPBD: Integrator = Integrator::Xpbd;
 
@@ -120,6 +123,45 @@ fn it_does_not_explode_and_is_too_soft_by_what_one_pass_leaves() {
     let (frame, fine) = (longest(1.0 / 60.0), longest(1.0 / 15360.0));
     assert!(frame.is_finite() && 4.2 < frame, "{frame}");
     assert!(fine < 3.9 + 0.0154 + 0.01, "{fine}");
+}
+
+#[test]
+fn a_hub_of_many_spokes_at_rest_gains_no_energy() {
+    // To and fro a sweep is symmetric, and every motion but that of the whole dies out: what is
+    // left is at most what there was at first. On the way a motion of n spokes stores more by as
+    // much as two sweeps are softer than the springs, which is less than k h² / m + 1 = 5.
+    for spokes in [8, 16, 64] {
+        let at = |spoke: usize| {
+            let angle = std::f64::consts::TAU * spoke as f64 / spokes as f64;
+            DVec3::new(angle.cos(), angle.sin(), 0.0)
+        };
+        let mut random = common::Random(7);
+        let mut shaken = |position: DVec3| {
+            let velocity = (random.vector() - 0.5) * 1e-6;
+            Particle { position, velocity, mass: 1.0 }
+        };
+        let mut scene = Scene { world: common::weightless(), ..Scene::default() };
+        scene.particles.push(shaken(DVec3::ZERO));
+        scene.particles.extend((0..spokes).map(|spoke| shaken(at(spoke))));
+        for spoke in 0..spokes {
+            for ends in [[0, 1 + spoke], [1 + spoke, 1 + (spoke + 1) % spokes]] {
+                let [a, b] = ends.map(|end| scene.particles[end].position);
+                let rest_length = (b - a).length();
+                scene.springs.push(Spring { ends, rest_length, stiffness: 1000.0, damping: 0.0 });
+            }
+        }
+        let mut simulation = simulation::<f64>(&scene, XPBD, 2.0 / 1000f64.sqrt());
+        let moving = |run: &Simulation<f64>| run.energy().kinetic + run.energy().elastic;
+        let before = moving(&simulation);
+        let mut most = before;
+        for _ in 0..400 {
+            simulation.step().unwrap();
+            most = most.max(moving(&simulation));
+        }
+        assert!(most < 5.0 * before, "{spokes} spokes: {} times", most / before);
+        let after = moving(&simulation);
+        assert!(after < before, "{spokes} spokes: {} times", after / before);
+    }
 }
 
 #[test]

@@ -97,7 +97,7 @@ pub struct Offer {
     /// The state to go on from.
     pub origin: Origin,
     /// Whether a copy lasted; else the limit of stability alone promises it, as the trial took too
-    /// long.
+    /// long or a step of it would have.
     pub is_tried: bool,
     /// Wall-clock time per simulated second on the copy, seconds: 1 is real time. `None` where that
     /// is not known.
@@ -207,6 +207,12 @@ impl Rescue {
         }
         let Some(remedy) = self.fitting(remedy, &mut run) else { return };
         let offer = Offer { remedy, origin, is_tried: false, cost: None };
+        // A step cannot be interrupted, and the clock is read between steps alone.
+        if !run.bound_work() {
+            self.offers.push(offer);
+            self.kinds.pop_front();
+            return;
+        }
         let mut witness = Witness::default();
         let most = moving(run.show_to(&mut witness));
         self.dry = Some(Box::new(Dry { offer, run, witness, most, taken: 0, spent: 0.0 }));

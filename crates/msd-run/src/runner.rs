@@ -13,6 +13,12 @@ use msd_core::{
 use msd_scene::{AnyState, Loaded, Precision, Viewpoint};
 use serde::Serialize;
 
+/// The most work of a step that someone waits for, evaluations of springs and particles: a fraction
+/// of a second.
+const MOST_WORK: u64 = 100_000_000;
+/// The evaluations of all forces that a step of the largest scene may take all the same.
+const LEAST_EVALUATIONS: u64 = 600;
+
 /// A state and what its particles do not tell.
 #[derive(Clone, Debug)]
 pub struct Moment {
@@ -232,6 +238,22 @@ impl Runner {
             on!(&mut *self, simulation => simulation.set_settings(settings))?;
         }
         Ok(())
+    }
+
+    /// Bounds the work of each step of an adaptive method, so that whoever waits for it is not kept
+    /// waiting for more than about a second; a step that needs more fails. Returns whether a step
+    /// of any other method, with its present substeps, stays within that.
+    pub fn bound_work(&mut self) -> bool {
+        let Settings { integrator, substeps, .. } = self.settings();
+        let most = on!(self, simulation => {
+            let model = simulation.model();
+            let rows = (model.particle_count() + model.ends().len()).max(1) as u64;
+            let most = (MOST_WORK / rows).max(LEAST_EVALUATIONS);
+            simulation.set_most_evaluations(most);
+            most
+        });
+        let each = if integrator == Integrator::Rk4 { 4 } else { 1 };
+        integrator.is_adaptive() || each * u64::from(substeps) <= most
     }
 
     /// The longest substep that automatic ones may have at the present state, seconds: 0 if no step

@@ -22,8 +22,8 @@ impl Trace {
     /// [`FileError::Unwritable`].
     pub fn begin(mut output: Output, watched: Vec<usize>) -> Result<Self, FileError> {
         let mut header = String::from(
-            "step,time,kinetic,elastic,gravitational,dissipated,total,contact_taken,\
-             contact_added,px,py,pz,lx,ly,lz",
+            "step,time,kinetic,elastic,gravitational,dissipated,supplied,total,\
+             contact_taken,contact_added,px,py,pz,lx,ly,lz",
         );
         for particle in &watched {
             header.push_str(&format!(",x{particle},y{particle},z{particle}"));
@@ -45,6 +45,7 @@ impl Trace {
             energy.elastic,
             energy.gravitational,
             energy.dissipated,
+            energy.supplied,
             energy.total(),
             contacts.taken,
             contacts.added,

@@ -88,6 +88,30 @@ fn a_trial_that_takes_too_long_is_only_predicted_and_costs_are_measured() {
 }
 
 #[test]
+fn a_step_that_would_take_too_long_is_not_tried() {
+    // 11 rows at 1e15 N/m need some 5e7 substeps per step, 6e8 evaluations of rows: it would take
+    // minutes before the clock is read again. What the limit promises is said, untried.
+    let material = Material { mass: 1.0, stiffness: 1e18, damping: 0.0 };
+    let mut scene = Scene::of("rope", shape::rope(6, 1.0, material).expect("small"));
+    scene.particles.iter_mut().for_each(|particle| particle.position *= 1.1);
+    let settings = Settings { integrator: Integrator::VelocityVerlet, ..Settings::default() };
+    let run = Runner::new(&scene, settings, Precision::F64).expect("a valid scene");
+    let begun = std::time::Instant::now();
+    let found = offers(&run, u32::MAX, &|| begun.elapsed().as_secs_f64());
+    let finer = found.iter().find(|offer| matches!(offer.remedy, Remedy::Substeps(_)));
+    let finer = finer.unwrap_or_else(|| panic!("{found:?}"));
+    assert!(!finer.is_tried && finer.cost.is_none(), "{finer:?}");
+    let Remedy::Substeps(count) = finer.remedy else { panic!("{finer:?}") };
+    assert!(run.settings().step / f64::from(count) <= run.stable_substep());
+    assert!(1e8 < 11.0 * f64::from(count), "else it might be tried: {count}");
+    // Dormand-Prince needs as many, and gives up after its share of work.
+    let adaptive = found
+        .iter()
+        .find(|offer| matches!(offer.remedy, Remedy::Method(Integrator::DormandPrince, _)));
+    assert!(adaptive.is_none(), "{found:?}");
+}
+
+#[test]
 fn no_more_substeps_are_offered_than_may_be() {
     let found = offers(&rope(Integrator::SymplecticEuler, 1), 2, &|| 0.0);
     assert!(!found.iter().any(|offer| matches!(offer.remedy, Remedy::Substeps(_))), "{found:?}");

@@ -379,3 +379,29 @@ fn a_damping_ratio_is_that_of_the_slowest_motion() {
         assert!((found / ratio - 1.0).abs() < 1e-3, "{found}");
     }
 }
+
+#[test]
+fn a_body_that_cannot_carry_its_own_weight_is_in_a_note_and_one_that_can_is_in_none() {
+    // density * gravity * height = 1000 * 9.82 * 0.4 = 3928 Pa.
+    let note = |kind: &str, young: f64, gravity: &str| {
+        let text = format!(
+            "version = 1\n[world]\ngravity = {gravity}\n[[bodies]]\n{kind}\nspacing = 0.08\n\
+             density = 1000\nyoung = {young}\n"
+        );
+        let notes = toml(&text).expect("a valid scene").notes;
+        notes.into_iter().find(|note| note.contains("cannot carry its own weight"))
+    };
+    let block = "kind = 'block'\nsize = [6, 6, 6]";
+    let down = "[0, -9.82, 0]";
+    let found = note(block, 2000.0, down).expect("a note");
+    assert!(found.contains("3.928e3 Pa") && found.contains("196 %"), "{found}");
+    assert!(note(block, 7855.0, down).expect("a note").contains("is squeezed by 50 %"));
+    assert_eq!(note(block, 7857.0, down), None);
+    assert_eq!(note(block, 2000.0, "[0, 0, 0]"), None);
+    // Gravity along another axis, of a block that is longer there.
+    let long = "kind = 'block'\nsize = [2, 6, 2]";
+    assert!(note(long, 2000.0, "[9.82, 0, 0]").is_some());
+    assert_eq!(note(long, 2000.0, down), None);
+    let cloth = "kind = 'cloth'\nsize = [6, 6]\nthickness = 0.001";
+    assert_eq!(note(cloth, 2000.0, down), None);
+}

@@ -145,3 +145,17 @@ fn pins_hold_a_body_that_is_inspected_and_what_is_not_known_has_a_reason() {
     let why = large.slowest_unknown.expect("a reason");
     assert!(why.contains("more than 4000 particles"), "{why}");
 }
+
+#[test]
+fn an_irregular_solid_is_no_stiffer_pulled_than_strained_and_a_lattice_is_not_pulled() {
+    let keys = "young = 1e5\ndensity = 1000\n";
+    let bunny =
+        only(&format!("kind = 'mesh'\nfile = 'bunny.obj'\nlength = 0.3\nspacing = 0.03\n{keys}"));
+    let [strained, _] = bunny.moduli.expect("moduli").range();
+    let [least, most] = bunny.pulled.expect("an irregular solid");
+    // Reuss's bound and Voigt's, along the same directions among others; solves leave 1e-6.
+    assert!(0.0 < least && least <= strained * (1.0 + 1e-5), "{least} of {strained}");
+    assert!(least <= most);
+    let block = only(&format!("kind = 'block'\nsize = [3, 4, 5]\nspacing = 0.1\n{keys}"));
+    assert_eq!(block.pulled, None);
+}

@@ -113,7 +113,7 @@ impl Course {
         Course {
             witness,
             told: false,
-            start: energy.total() - energy.dissipated,
+            start: energy.mechanical(),
             late: (0.0, 0),
             moving: 0.0,
             rounding: 0.0,
@@ -128,7 +128,7 @@ impl Course {
         let (energy, rounding) = simulation.energy_and_rounding();
         self.rounding += rounding;
         if late {
-            self.late.0 += energy.total() - energy.dissipated;
+            self.late.0 += energy.mechanical();
             self.late.1 += 1;
             self.moving = f64::max(self.moving, energy.kinetic + energy.elastic);
         }

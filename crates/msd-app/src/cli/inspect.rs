@@ -25,7 +25,7 @@ struct InspectReport {
 pub fn run_inspect(arguments: &InspectArguments) -> Result<(), Failure> {
     let loaded = open_scene(&arguments.scene, &arguments.set.set)?;
     let refused = |error| Failure::input(format!("{}: {error}", shown_path(&arguments.scene)));
-    let Loaded { name, scene, settings, notes, .. } = loaded;
+    let Loaded { name, scene, settings, notes, made, .. } = loaded;
     let bodies = inspect(&scene).map_err(refused)?;
     let Settings { integrator, .. } = settings;
     let simulation = Simulation::<f64>::new(&scene, settings).map_err(refused)?;
@@ -41,11 +41,15 @@ pub fn run_inspect(arguments: &InspectArguments) -> Result<(), Failure> {
     if arguments.json {
         return say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?);
     }
-    say(&text(&report))
+    let asked: Vec<_> = made.iter().map(|made| made.and_then(|made| made.young)).collect();
+    say(&text(&report, &asked))
 }
 
-fn text(report: &InspectReport) -> String {
-    let mut lines: Vec<String> = report.bodies.iter().flat_map(body_lines).collect();
+/// The text about bodies, of which some have a Young's modulus that was asked for, pascals.
+fn text(report: &InspectReport, asked: &[Option<f64>]) -> String {
+    let asked = asked.iter().copied().chain(core::iter::repeat(None));
+    let bodies = report.bodies.iter().zip(asked);
+    let mut lines: Vec<String> = bodies.flat_map(|(body, asked)| body_lines(body, asked)).collect();
     let limit = match report.stable_step {
         f64::INFINITY => "any substep is stable".to_owned(),
         limit => format!("substeps are stable up to {}", quantity(limit, "s")),
@@ -55,8 +59,8 @@ fn text(report: &InspectReport) -> String {
     lines.join("\n")
 }
 
-/// The lines about a body.
-fn body_lines(body: &Inspection) -> Vec<String> {
+/// The lines about a body, for which a Young's modulus may have been asked, pascals.
+fn body_lines(body: &Inspection, asked: Option<f64>) -> Vec<String> {
     let Inspection { name, particles, springs, mass, .. } = body;
     let mut lines = vec![format!(
         "{}: {particles} particles, {springs} springs, {} kg",
@@ -75,6 +79,7 @@ fn body_lines(body: &Inspection) -> Vec<String> {
         if let Some(moduli) = &body.moduli {
             lines.extend(moduli_lines(moduli, (modulus, count)));
         }
+        lines.extend(body.pulled.map(|range| pulled_line(range, asked)));
         if let Some(stiffness) = body.bending {
             let [least, most] = stiffness.map(number);
             let unit = if filled.dimensions == 1 { "N m²" } else { "N m" };
@@ -97,6 +102,21 @@ fn body_lines(body: &Inspection) -> Vec<String> {
     lines.extend(body.slowest_unknown.map(|why| format!("  its slowest motions {why}")));
     lines.extend(body.touch.as_ref().map(touch_line));
     lines
+}
+
+/// The line about how stiff an irregular solid is that is pulled at its surface.
+fn pulled_line([least, most]: [f64; 2], asked: Option<f64>) -> String {
+    let off = asked.map(|young| {
+        let [least, most] = [least, most].map(|modulus| 100.0 * (modulus / young - 1.0));
+        format!(": {least:+.1} % to {most:+.1} % of what was asked")
+    });
+    format!(
+        "  pulled at its surface {} to {} Pa, a ratio of {}{}",
+        number(least),
+        number(most),
+        number(most / least),
+        off.unwrap_or_default()
+    )
 }
 
 /// The line about how a body touches.

@@ -73,6 +73,13 @@ impl EnergyReadings {
         }
     }
 
+    /// Reads the energy of a state that a failed run went back to: what the method had added by
+    /// then is still there.
+    pub(super) fn sample_after(&mut self, from: Revision, run: &Run) {
+        self.carry_over(from, run);
+        self.sample(run);
+    }
+
     /// Reads the energy now.
     pub(super) fn sample(&mut self, run: &Run) {
         // A change may add energy, and so do gusts: a witness knows nothing of what was before.

@@ -1,7 +1,7 @@
 //! A run that stopped by itself: what happened, the springs that move fastest, the ways out.
 
 use super::material::is_look;
-use super::run::{Reading, Run, bound, open};
+use super::run::{Reading, Run, open};
 use super::solver::{MOST_SUBSTEPS, Solver, Tuning};
 use super::touches::{touch_as, touches_of};
 use super::{Session, Wind};
@@ -74,7 +74,7 @@ impl Origins<'_> {
     /// A copy of the run at one of them, the steps of which take no longer than those of the run.
     pub(super) fn copy(&self, origin: Origin) -> Result<Runner, Error> {
         let mut copy = self.unbounded(origin)?;
-        bound(&mut copy);
+        copy.bound_work();
         Ok(copy)
     }
 

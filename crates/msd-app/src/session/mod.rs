@@ -240,7 +240,9 @@ impl Session {
         self.paused = true;
         self.release();
         let back = debris(self.run.runner(), &self.history);
+        let revision = self.run.revision();
         self.go_back(back);
+        self.energy.sample_after(revision, &self.run);
         self.stability_light.forget();
         self.timeline.mark(self.runner().steps(), MarkKind::Warning);
         self.failure = Some(RunFailure::new(error, 0 < back, self.runner().time()));

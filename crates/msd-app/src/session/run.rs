@@ -2,14 +2,8 @@
 
 use msd_core::stability::Estimator;
 use msd_core::{Error, Interaction, Settings};
-use msd_run::{Runner, on};
+use msd_run::Runner;
 use msd_scene::{Loaded, Precision};
-
-/// The most that a step of an adaptive method may take, evaluations of springs and particles: a
-/// fraction of a second, after which the window would seem to hang.
-const MOST_WORK: usize = 100_000_000;
-/// The evaluations of all forces that a step of the largest scene may take all the same.
-const LEAST_EVALUATIONS: usize = 600;
 
 /// The wall-clock time that each prediction of the longest stable substep takes of a frame,
 /// seconds.
@@ -59,7 +53,7 @@ impl Run {
     /// those that are carried over.
     pub(super) fn step(&mut self) -> Result<(), Error> {
         let before = self.runner.settings();
-        bound(&mut self.runner);
+        self.runner.bound_work();
         let stepped = self.runner.step();
         if self.runner.settings() != before {
             self.revision.0 += 1;
@@ -112,15 +106,6 @@ pub(super) fn open(
 ) -> Result<Runner, Error> {
     let open = if IS_LAZY { Runner::open_lazily } else { Runner::open_with };
     open(loaded, settings, precision, automatic)
-}
-
-/// Bounds the work of each step of a run, so that a frame ends.
-pub(super) fn bound(runner: &mut Runner) {
-    on!(runner, simulation => {
-        let model = simulation.model();
-        let rows = (model.particle_count() + model.ends().len()).max(1);
-        simulation.set_most_evaluations((MOST_WORK / rows).max(LEAST_EVALUATIONS) as u64);
-    });
 }
 
 /// Does something to a simulation at once.

@@ -59,6 +59,7 @@ impl Trace {
             gravitational: energy.gravitational - lowest,
             dissipated: energy.dissipated - before,
             own: 0.0,
+            supplied: 0.0,
             ..energy
         }
     }

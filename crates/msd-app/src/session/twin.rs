@@ -49,7 +49,7 @@ impl Twin {
         if self.failure.is_some() {
             return;
         }
-        super::run::bound(&mut self.runner);
+        self.runner.bound_work();
         let before = self.runner.moment();
         match self.runner.step() {
             Ok(()) => {

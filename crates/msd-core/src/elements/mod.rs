@@ -309,8 +309,13 @@ pub(crate) trait Force<R: Real>: Debug {
     /// Adds the products of that matrix with a direction.
     fn multiply(&self, _: &Stage<'_, R>, _: &mut ColumnProducts<'_, R>) {}
 
-    /// Moves the particles of each of its rows, in order, as XPBD does.
+    /// Moves the particles of each of its rows, in order or backwards, as XPBD does.
     fn project(&self, _: &mut Projection<'_, R>) {}
+
+    /// The count of multipliers that its rows keep from one sweep of XPBD to the next.
+    fn multiplier_count(&self) -> usize {
+        0
+    }
 
     /// Hands out pairs of particles by which those hang together that its rows join.
     fn each_pair(&self, _: &mut dyn FnMut([u32; 2])) {}
@@ -372,6 +377,12 @@ pub(crate) struct Projection<'a, R: Real> {
     pub(crate) starts: &'a [R::Vec3],
     /// The displacements as projected so far, metres.
     pub(crate) ways: &'a mut [R::Vec3],
+    /// What the rows of each kind have applied so far in the substep, N s².
+    pub(crate) multipliers: &'a mut [R],
+    /// The first multiplier of the kind that is projected.
+    pub(crate) first: usize,
+    /// Whether rows are projected backwards, the second time.
+    pub(crate) is_back: bool,
     /// A column of vectors to work with.
     pub(crate) column: &'a mut [R],
     pub(crate) near: &'a mut Near<R>,

@@ -44,7 +44,12 @@ pub(crate) trait StencilLaw<R: Real, const N: usize>: Copy + Debug + Send + Sync
     /// Adds the diagonal blocks of that matrix.
     fn add_blocks(single: &Group<R, Self, N, 1>, about: (R, &[R]), blocks: &mut [&mut [R]; 2]);
     /// Moves its particles as XPBD does.
-    fn project(row: &Stencil<Self, N>, projection: &mut Projection<'_, R>);
+    /// See [`Force::project`]; `applied` is what the row has applied in the substep.
+    fn project(
+        row: &Stencil<Self, N>,
+        applied: &mut [R; MULTIPLIERS],
+        projection: &mut Projection<'_, R>,
+    );
     /// See [`Force::energy_and_pulls`].
     fn energy_and_pulls(row: &Stencil<Self, N>, motion: &Motion<'_, R>) -> [f64; 3];
     /// See [`Force::add_row_sums`].
@@ -57,6 +62,9 @@ pub(crate) trait StencilLaw<R: Real, const N: usize>: Copy + Debug + Send + Sync
         products: &mut Products<'_>,
     );
 }
+
+/// Multipliers of a stencil in XPBD: a vector.
+pub(super) const MULTIPLIERS: usize = 3;
 
 /// What stencils read, and what they add to.
 pub(crate) struct StencilSums<'a, R> {
@@ -348,7 +356,22 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Force<R> for Stencils<R, L, N
     }
 
     fn project(&self, projection: &mut Projection<'_, R>) {
-        self.all.iter().for_each(|row| L::project(row, projection));
+        let is_back = projection.is_back;
+        let project = |(number, row): (usize, &Stencil<L, N>)| {
+            let own = projection.first + MULTIPLIERS * number;
+            let mut applied = core::array::from_fn(|place| projection.multipliers[own + place]);
+            L::project(row, &mut applied, projection);
+            projection.multipliers[own..own + MULTIPLIERS].copy_from_slice(&applied);
+        };
+        if is_back {
+            self.all.iter().enumerate().rev().for_each(project);
+        } else {
+            self.all.iter().enumerate().for_each(project);
+        }
+    }
+
+    fn multiplier_count(&self) -> usize {
+        MULTIPLIERS * self.all.len()
     }
 
     fn each_pair(&self, join: &mut dyn FnMut([u32; 2])) {

@@ -5,8 +5,8 @@
 //! that it stops. So [`crate::Energy::total`] is constant as far as the method is exact, and its
 //! drift is the error of the method.
 //!
-//! Energy that a user-defined element or surface drives in counts as negative dissipation; it is
-//! also counted separately, so that it is not mistaken for an error of the method.
+//! Energy that a moving solid or a user-defined element drives in is counted separately: it is
+//! neither negative dissipation nor an error of the method.
 
 use crate::contact::Contacts;
 
@@ -35,10 +35,10 @@ impl Ledger {
 
     /// Energy dissipated, joules.
     pub fn dissipated(&self) -> f64 {
-        self.counted
+        self.counted + self.given
     }
 
-    /// Energy that user-defined elements and surfaces have driven into the system, joules; not
+    /// Energy that moving solids and user-defined elements have driven into the system, joules; not
     /// negative.
     pub fn given(&self) -> f64 {
         self.given

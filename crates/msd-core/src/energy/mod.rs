@@ -33,16 +33,25 @@ pub struct Energy {
     /// Of user-defined elements, by [`Element::energy`].
     #[cfg_attr(feature = "serde", serde(default))]
     pub own: f64,
-    /// Dissipated since the start by dampers, drag and contact, less what user-defined elements
-    /// have driven in, see [`Ledger`]. The work of user input (grabs, pushes, moving pins, changed
-    /// stiffness) is not counted anywhere.
+    /// Dissipated since the start by dampers, drag and contact, see [`Ledger`]. The work of user
+    /// input (grabs, pushes, moving pins, changed stiffness) is not counted anywhere.
     pub dissipated: f64,
+    /// Supplied since the start by moving solids and user-defined elements; not negative.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub supplied: f64,
 }
 
 impl Energy {
-    /// The total, joules: constant in an exact run without user input.
+    /// The energy of the state, joules: kinetic, elastic, gravitational and of user-defined
+    /// elements.
+    pub fn mechanical(&self) -> f64 {
+        self.kinetic + self.elastic + self.gravitational + self.own
+    }
+
+    /// The mechanical energy with what was dissipated and without what was supplied, joules:
+    /// constant in an exact run without user input.
     pub fn total(&self) -> f64 {
-        self.kinetic + self.elastic + self.gravitational + self.own + self.dissipated
+        self.mechanical() + self.dissipated - self.supplied
     }
 }
 

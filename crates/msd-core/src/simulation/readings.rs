@@ -206,7 +206,7 @@ impl<R: Real> Simulation<R> {
     /// change it, joules.
     pub fn energy_and_rounding(&self) -> (Energy, f64) {
         let (energy, rounding) = (Compiled::of_precision().measure)(self);
-        (Energy { dissipated: self.dissipated(), ..energy }, rounding)
+        (Energy { dissipated: self.dissipated(), supplied: self.given(), ..energy }, rounding)
     }
 
     /// Energy and rounding without the energy dissipated.
@@ -230,8 +230,8 @@ impl<R: Real> Simulation<R> {
         self.ledger.contacts()
     }
 
-    /// Energy that user-defined elements and surfaces have driven into the system since the start,
-    /// joules.
+    /// Energy that moving solids and user-defined elements have driven into the system since the
+    /// start, joules.
     pub fn given(&self) -> f64 {
         self.ledger.given()
     }

@@ -1,10 +1,10 @@
 //! The drift detector: reports energy that the integrator adds, from samples of it now and then.
 //!
 //! While no user input does work, kinetic + elastic + gravitational energy and that of user-defined
-//! elements can only fall: dampers, drag and contact dissipate it. Energy that user-defined
-//! elements drive in, see [`Simulation::given`], is subtracted first: a driving force is no gain of
-//! the integrator. A lasting rise is then an error of the method: a step beyond the limit of
-//! stability, explicit Euler, a contact that returns more than it took.
+//! elements can only fall: dampers, drag and contact dissipate it. Energy that moving solids and
+//! user-defined elements supply, see [`Energy::supplied`], is subtracted first: a driving force is
+//! not a gain of the integrator. A lasting rise is then an error of the method: a step beyond the
+//! limit of stability, explicit Euler, a contact that returns more than it took.
 //!
 //! Symplectic methods let the energy oscillate without ever gaining any: a mode of frequency w by a
 //! fraction h² w² / 4 of its energy, and far more near the limit of stability. So no single value
@@ -16,15 +16,19 @@
 //! fast ones does raise the measured value: by h² w² / 8 on average, 6 % where a mode at a third of
 //! its stable step takes all.
 //!
+//! What is supplied is booked by the quadrature of the method, so a tenth of what was since the
+//! reference is allowed as well, and a hundredth of all.
 //! The reference follows the energy down, never up, so a gain after long damping shows as well. The
 //! net energy that obstacles have added by their own account, see [`Simulation::contacts`], is
-//! checked separately, since dampers may dissipate it at once.
+//! checked separately, since dampers may dissipate it at once: it adds up from the start, and is
+//! compared with the most that was in motion since then.
 //!
 //! What dampers dissipate as fast as it is added shows in the balance alone: [`Energy::total`],
 //! which only an error of the method changes, see [`Witness::imbalance`]. A rise by more than a
 //! tenth of the most that was in motion is told apart, see [`Witness::surplus`]: it says that the
 //! balance is wrong. The motion need not be, as at long steps the work of dampers is booked
-//! coarsely.
+//! coarsely. A fall by as much, see [`Witness::loss`], is energy that nothing took: a bounce that
+//! returns too little, or the damping that a method such as backward Euler has by design.
 //!
 //! The detector sees no gain before the second window, and before the end of the first such a rise
 //! only where it is half of what is in motion.
@@ -40,6 +44,8 @@ const WINDOW: u32 = 16;
 const EARLY: u32 = 4;
 /// The part of the kinetic and elastic energy that may come and go with the modes.
 const FRACTION: f64 = 0.1;
+/// The part of what was supplied in all by which it may be booked wrongly, and come back.
+const BOOKED: f64 = 0.01;
 
 /// The part of the largest kinetic and elastic energy so far below which the kinetic energy is that
 /// of a body at rest.
@@ -62,11 +68,14 @@ pub struct Witness {
     rounding: f64,
     /// The energy that obstacles have added in all, less what they dissipated, joules.
     fed: f64,
+    /// What was supplied: at the first sample, at the reference, and now, joules.
+    supplied: [f64; 3],
     /// The step of the last look.
     seen: u64,
     window: Window,
     balance: Balance,
     gain: f64,
+    loss: f64,
 }
 
 /// The change of the total.
@@ -77,6 +86,8 @@ struct Balance {
     /// Since the first sample, joules: now, and at the end of the last window.
     change: f64,
     settled: f64,
+    /// The highest change of this window, joules.
+    highest: f64,
     /// The largest kinetic energy of this window, joules.
     kinetic: f64,
     /// What rounding can have added since the first sample, joules.
@@ -90,6 +101,7 @@ impl Balance {
         let total = energy.total();
         self.change += self.last.map_or(0.0, |last| total - last);
         self.last = Some(total);
+        self.highest = self.highest.max(self.change);
         self.kinetic = self.kinetic.max(energy.kinetic);
     }
 
@@ -99,7 +111,7 @@ impl Balance {
         if self.kinetic <= REST * most {
             self.change = self.settled;
         }
-        (self.settled, self.kinetic) = (self.change, 0.0);
+        (self.settled, self.kinetic, self.highest) = (self.change, 0.0, f64::NEG_INFINITY);
     }
 }
 
@@ -131,21 +143,21 @@ impl Witness {
             let steps = if self.reference.is_none() { 0 } else { steps };
             let contacts = simulation.contacts();
             self.fed = contacts.added - contacts.taken;
-            // What is driven in counts as dissipated too, with the other sign.
-            let given = simulation.given();
-            let (own, dissipated) = (energy.own - given, energy.dissipated + given);
-            let undriven = Energy { own, dissipated, ..energy };
-            self.see(undriven, rounding * substeps * steps as f64);
+            self.see(energy, rounding * substeps * steps as f64);
             self.seen = simulation.steps();
         }
         energy
     }
 
-    /// Takes a sample of the energy, less the energy driven in; `rounding` is the energy that
-    /// rounding can have added since the last one, joules. The energy dissipated is ignored.
+    /// Takes a sample of the energy; `rounding` is the energy that rounding can have added since
+    /// the last one, joules.
     pub fn see(&mut self, energy: Energy, rounding: f64) {
         let moving = energy.kinetic + energy.elastic;
-        let now = moving + energy.gravitational + energy.own;
+        let now = energy.mechanical() - energy.supplied;
+        if self.reference.is_none() {
+            self.supplied = [energy.supplied; 3];
+        }
+        self.supplied[2] = energy.supplied;
         let reference = *self.reference.get_or_insert(now);
         let window = &mut self.window;
         self.balance.take(energy, rounding);
@@ -173,14 +185,23 @@ impl Witness {
         // Follows down: a single large sample does not outlast the next window.
         self.scale = if self.scale == 0.0 { scale } else { Real::min(self.scale, scale) };
         let swinging = Real::max(moving, self.scale);
-        let allowed = FRACTION * swinging + NOISE * self.most + self.rounding;
+        let [first, at_reference, supplied] = self.supplied;
+        let driven = FRACTION * (supplied - at_reference) + BOOKED * (supplied - first);
+        let allowed = FRACTION * swinging + driven + NOISE * self.most + self.rounding;
         let gained = lowest - reference;
         // Dampers may dissipate what contact adds, so that is checked separately.
-        let gained = Real::max(gained, self.fed);
-        self.gain = if allowed < gained { gained } else { 0.0 };
+        let is_fed = self.at_stake() + self.balance.rounding < self.fed;
+        let gained = if is_fed { Real::max(gained, self.fed) } else { gained };
+        self.gain = if is_fed || allowed < gained { gained } else { 0.0 };
+        let lost = -self.balance.highest;
+        if REST * self.most < self.balance.kinetic {
+            let allowed = self.at_stake() + self.balance.rounding;
+            self.loss = if allowed < lost { lost } else { 0.0 };
+        }
         self.balance.settle(self.most);
         if highest < reference {
             (self.reference, self.rounding) = (Some(highest), 0.0);
+            self.supplied[1] = supplied;
         }
         self.window = Window::default();
     }
@@ -196,6 +217,20 @@ impl Witness {
         self.balance.change
     }
 
+    /// The part of the most kinetic and elastic energy so far, and of what was supplied, that
+    /// errors of the balance may reach, joules.
+    fn at_stake(&self) -> f64 {
+        let [first, _, supplied] = self.supplied;
+        FRACTION * (self.most + (supplied - first))
+    }
+
+    /// That change where it is a lasting fall by more than rounding and a tenth of the most kinetic
+    /// and elastic energy so far, joules, as a positive number: energy that nothing took by any
+    /// account. Else 0.
+    pub fn loss(&self) -> f64 {
+        self.loss
+    }
+
     /// That change where it is a rise by more than rounding and a tenth of the most kinetic and
     /// elastic energy so far, joules; before the end of the first window by more than half of it.
     /// Else 0.
@@ -204,7 +239,7 @@ impl Witness {
         let allowed = match self.most {
             0.0 if self.window.count < EARLY => f64::INFINITY,
             0.0 => 0.5 * self.window.scale,
-            most => FRACTION * most,
+            _ => self.at_stake(),
         };
         if allowed + rounding < change { change } else { 0.0 }
     }

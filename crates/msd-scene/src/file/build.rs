@@ -13,6 +13,7 @@ use crate::file::sets::NamedSets;
 use crate::file::sets::links::links;
 use crate::file::sets::materials::set_materials;
 use crate::file::sets::pins::{load, masses, pins};
+use crate::file::substance::overburdened;
 use crate::file::touch::{pierced, started_in_each_other, started_inside, touch};
 use crate::file::tree::Source;
 use crate::materials::Made;
@@ -104,6 +105,7 @@ pub(crate) fn understand_rows(
     if let Some(height) = source.drop {
         raise(&mut scene, height);
     }
+    notes.extend(overburdened(&scene, &made));
     notes.extend(started_inside(source, &scene)?);
     notes.extend(started_in_each_other(&scene));
     let precision = file.solver.precision.unwrap_or_else(|| fitting(&scene, &mut notes));

@@ -1,5 +1,6 @@
 //! The material that the bodies of a scene amount to: mass, moduli by direction, fastest motion.
 
+use super::pulled::Pulled;
 use core::f64::consts::TAU;
 use msd_core::glam::DVec3;
 use msd_core::stability::Mode;
@@ -33,6 +34,10 @@ pub struct Inspection {
     pub is_open: bool,
     /// Its moduli, if it is a solid, a flat sheet or a straight rope.
     pub moduli: Option<Directions>,
+    /// The smallest and the largest Young's modulus of an irregular solid, such as that of a mesh,
+    /// that a uniform stress pulls at its surface, pascals; `None` of a lattice, of which the
+    /// moduli are exact, and of more than 4000 particles.
+    pub pulled: Option<[f64; 2]>,
     /// Bending stiffness inside it, the smallest and the largest along its lattice and the
     /// diagonals of that: newton metres of a sheet, newton square metres of a rope; `None` of a
     /// solid, and of what does not resist bending.
@@ -181,6 +186,12 @@ fn inspect_body(scene: &Scene, body: &Body, joints: Joints) -> Result<Inspection
             // Springs without stiffness amount to no material.
             (0.0 < found.range()[1]).then_some(found)
         }),
+        pulled: filled.filter(|_| is_irregular(springs)).and_then(|filled| {
+            let surface = body.surface.particles();
+            let own = |at: u32| at as usize - body.particles.start;
+            let triangles: Vec<_> = surface.map(|corners| corners.map(own)).collect();
+            pulled(&alone, (filled, &triangles), frame)
+        }),
         filled,
         is_open,
         bending,
@@ -189,6 +200,35 @@ fn inspect_body(scene: &Scene, body: &Body, joints: Joints) -> Result<Inspection
         slowest_unknown,
         touch: scene.touch_of(body).map(touching),
     })
+}
+
+/// Whether springs are of more lengths than those of a lattice, along its axes and diagonals.
+fn is_irregular(springs: &[Spring]) -> bool {
+    let mut lengths: Vec<f64> = springs.iter().map(|spring| spring.rest_length).collect();
+    lengths.sort_unstable_by(f64::total_cmp);
+    let longer = lengths.windows(2).filter(|pair| pair[0] * (1.0 + 1e-6) < pair[1]);
+    2 < longer.take(3).count()
+}
+
+/// The smallest and the largest Young's modulus of springs that are pulled at the surface of a
+/// solid.
+fn pulled(
+    alone: &Scene,
+    (filled, triangles): (Filled, &[[usize; 3]]),
+    frame: [DVec3; 3],
+) -> Option<[f64; 2]> {
+    let is_of_springs = alone.bends.is_empty() && alone.volumes.is_empty();
+    if filled.dimensions != 3 || !is_of_springs || MOST_SOUGHT < alone.particles.len() {
+        return None;
+    }
+    let pulled = Pulled::of(alone, triangles, filled.size)?;
+    let frames = [frame, [DVec3::X, DVec3::Y, DVec3::Z]];
+    let ways = frames.into_iter().flat_map(|frame| lattice_ways(frame, 3));
+    let moduli = ways.map(|way| pulled.young(way));
+    Some(
+        moduli
+            .fold([f64::INFINITY, 0.0], |[least, most], young| [least.min(young), most.max(young)]),
+    )
 }
 
 fn touching(touch: &Touch) -> Touching {

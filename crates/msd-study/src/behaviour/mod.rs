@@ -2,6 +2,7 @@
 //! parts of a model and what each is worth, and the material that a body amounts to.
 
 pub mod audit;
+mod pulled;
 pub mod inspection;
 pub mod limits;
 pub mod parts;

@@ -91,7 +91,7 @@ pub(crate) fn try_by_leave(
         worst = worst.worse(if row < reliable { &errors } else { &coarse });
         let energy = runner.show_to(&mut witness);
         gained = gained.max(witness.gain());
-        energies.push(energy.total() - energy.dissipated);
+        energies.push(energy.mechanical());
     }
     let cost = match seconds < CpuClock::SURE {
         true => time_by_leave(scene, choice, runner.steps(), leave)?,

@@ -9,7 +9,7 @@ use msd_core::{Integrator, Settings};
 type Measure = (&'static str, Kind, fn(&Measured) -> Datum);
 
 /// The columns after those of the grid, in their order; `docs/sweeps.md` explains each.
-const MEASURES: [Measure; 40] = [
+const MEASURES: [Measure; 41] = [
     ("integrator", Kind::Text, |m| text(m.settings.integrator)),
     ("precision", Kind::Text, |m| text(m.precision)),
     ("step", Kind::Number, |m| Datum::Number(m.settings.step)),
@@ -57,6 +57,7 @@ const MEASURES: [Measure; 40] = [
     ("elastic", Kind::Number, |m| Datum::number(m.energy.elastic)),
     ("gravitational", Kind::Number, |m| Datum::number(m.energy.gravitational)),
     ("dissipated", Kind::Number, |m| Datum::number(m.energy.dissipated)),
+    ("supplied", Kind::Number, |m| Datum::number(m.energy.supplied)),
     ("total_energy", Kind::Number, |m| Datum::number(m.energy.total())),
     ("state_hash", Kind::Text, |m| text(format_args!("{:016x}", m.state_hash))),
     ("note", Kind::Text, |m| m.note.clone().map_or(Datum::Nothing, Datum::Text)),

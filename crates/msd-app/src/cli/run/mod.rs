@@ -46,6 +46,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let advice = advice.filter(|_| diverged.is_none());
     let ended = diverged.or_else(|| is_interrupted.then(|| interrupted(&prepared.runner)));
     watch.count_crossings(&prepared.runner);
+    watch.count_overturned(&prepared.runner);
     let warnings = watch.warnings(prepared.runner.settings(), advice.as_deref());
     warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));
     prepared.warnings.extend(warnings);
@@ -61,9 +62,11 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
         interrupted: is_interrupted,
         gain: watch.gain,
         imbalance: watch.imbalance(),
+        loss: watch.loss(),
         solved: watch.solved,
         crossed: watch.crossed,
         pierced: watch.piercing.first(),
+        overturned: watch.overturned,
     };
     let report = RunReport { set: set_keys(&arguments.set.set), ..RunReport::new(prepared, done) };
     tell_report(&report, arguments, (ended, unwritten))

@@ -2,8 +2,8 @@
 
 use super::prepare::Prepared;
 use msd_core::methods::Solved;
-use msd_core::{Contacts, Energy, Integrator, Momentum};
-use msd_run::{Pierced, Touched};
+use msd_core::{Contacts, Energy, Integrator, Momentum, Settings};
+use msd_run::{Overturned, Pierced, Touched};
 use msd_scene::{Assignment, Precision, state_hash};
 use msd_study::quantity::{number, quantity, rounded};
 use serde::Serialize;
@@ -71,6 +71,9 @@ pub struct RunReport {
     pub most_crossings: Option<Crossed>,
     /// The first surface that a solid was seen to go through; null if none was, and for a replay.
     pub pierced: Option<Pierced>,
+    /// The body of which most cells are flat or inside out at the end; null if none are, and for a
+    /// replay.
+    pub overturned: Option<Overturned>,
     /// Momentum at the end.
     pub momentum: Momentum,
     /// The longest integration step predicted stable at the start, seconds: 0 if none is, null if
@@ -80,6 +83,9 @@ pub struct RunReport {
     pub state_hash: String,
     /// Energy that the integrator has added; null if it added none.
     pub energy_gain: Option<Gain>,
+    /// The most energy that was missing and that nothing took by any account, joules, where it is
+    /// more than a tenth of the most that was in motion; null where it is not.
+    pub energy_loss: Option<f64>,
     /// Change of the total energy, joules, which is the error of the method and of contact in it;
     /// what adds up in a body at rest is left out. Null for a replay, in which a user does work.
     pub imbalance: Option<f64>,
@@ -152,12 +158,16 @@ pub struct Done {
     pub gain: Option<Gain>,
     /// Change of the total energy that nothing explains, joules.
     pub imbalance: Option<f64>,
+    /// The most energy that was missing, joules.
+    pub loss: Option<f64>,
     /// How far the solves of an implicit method got.
     pub solved: Option<Solved>,
     /// The most pairs of triangles that were seen to cross at once.
     pub crossed: Option<Crossed>,
     /// The first surface that a solid was seen to go through.
     pub pierced: Option<Pierced>,
+    /// The body of which most cells are flat or inside out at the end.
+    pub overturned: Option<Overturned>,
 }
 
 /// How a replay compares with what was recorded.
@@ -200,20 +210,47 @@ pub struct Gain {
     joules: f64,
     /// When it was first seen, simulated seconds.
     since: f64,
+    /// The elastic energy when it was the most, joules.
+    #[serde(skip)]
+    elastic: f64,
 }
 
 impl Gain {
-    /// What is known after another look.
-    pub fn now(before: Option<Gain>, joules: f64, time: f64) -> Option<Gain> {
+    /// What is known after another look, at which there was so much elastic energy.
+    pub fn now(before: Option<Gain>, joules: f64, (time, elastic): (f64, f64)) -> Option<Gain> {
         match before {
-            None if 0.0 < joules => Some(Gain { joules, since: time }),
-            known => known.map(|gain| Gain { joules: gain.joules.max(joules), ..gain }),
+            None if 0.0 < joules => Some(Gain { joules, since: time, elastic }),
+            Some(gain) if gain.joules < joules => Some(Gain { joules, elastic, ..gain }),
+            known => known,
         }
+    }
+
+    /// Whether it is the softness of XPBD: its constraints yield more than springs of their
+    /// stiffness, and what these would store then is more than the motion has given them.
+    pub fn is_softness(&self, integrator: Integrator) -> bool {
+        integrator == Integrator::Xpbd && self.joules <= self.elastic
+    }
+
+    /// The warning that XPBD is soft; a substep as long as `resolving`, seconds, is not.
+    pub fn softness(&self, settings: Settings, resolving: f64) -> String {
+        let needed = (settings.step / resolving).ceil();
+        let needed = match needed.is_finite() && f64::from(settings.substeps) < needed {
+            true => format!(", about {needed} resolve the stiffness of this scene"),
+            false => String::new(),
+        };
+        format!(
+            "xpbd holds bodies softer than asked at {} substeps: springs as stiff as asked would \
+             store {} more than the motion gave them, since t = {}; take more substeps{needed}, or \
+             an implicit method",
+            settings.substeps,
+            quantity(self.joules, "J"),
+            quantity(self.since, "s")
+        )
     }
 
     /// The warning of it.
     pub fn warning(&self, integrator: Integrator) -> String {
-        let Gain { joules, since } = self;
+        let Gain { joules, since, .. } = self;
         format!(
             "{integrator} is adding energy: {} that nothing supplied, first seen at t = {}; \
              shorten the step or use another integrator",
@@ -258,24 +295,31 @@ pub struct EnergyReport {
     elastic: f64,
     gravitational: f64,
     dissipated: f64,
+    /// By moving solids, wind and elements of a user's own.
+    supplied: f64,
     total: f64,
 }
 
 impl From<Energy> for EnergyReport {
     fn from(energy: Energy) -> Self {
-        let Energy { kinetic, elastic, gravitational, dissipated, .. } = energy;
-        EnergyReport { kinetic, elastic, gravitational, dissipated, total: energy.total() }
+        let Energy { kinetic, elastic, gravitational, dissipated, supplied, .. } = energy;
+        let total = energy.total();
+        EnergyReport { kinetic, elastic, gravitational, dissipated, supplied, total }
     }
 }
 
 impl EnergyReport {
     fn summary(&self) -> String {
-        let EnergyReport { kinetic, elastic, gravitational, dissipated, total } = *self;
+        let EnergyReport { kinetic, elastic, gravitational, dissipated, supplied, total } = *self;
         let [kinetic, elastic, gravitational, dissipated, total] =
             [kinetic, elastic, gravitational, dissipated, total].map(number);
+        let supplied = match supplied {
+            0.0 => String::new(),
+            work => format!(", supplied by what drives it {}", number(work)),
+        };
         format!(
             "energy, J: kinetic {kinetic}, elastic {elastic}, gravitational {gravitational}, \
-             dissipated {dissipated}, total {total}"
+             dissipated {dissipated}{supplied}, total {total}"
         )
     }
 }
@@ -352,10 +396,12 @@ impl RunReport {
             touched: runner.touched(),
             most_crossings: done.crossed,
             pierced: done.pierced,
+            overturned: done.overturned,
             momentum: runner.momentum(),
             stable_step: stable.is_finite().then_some(stable),
             state_hash: format!("{:016x}", state_hash(&runner.state())),
             energy_gain: done.gain,
+            energy_loss: done.loss,
             imbalance: done.imbalance,
             solved: done.solved,
             diverged: done.diverged,

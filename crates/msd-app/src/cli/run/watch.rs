@@ -1,5 +1,6 @@
 //! A watch over a run as it goes on: a limit of stability that moves, energy that the integrator
-//! adds, solves that do not converge, and surfaces that something passes through.
+//! adds or loses, solves that do not converge, surfaces that something passes through, and cells
+//! that are flat or inside out.
 
 use super::advice::appended;
 use super::prepare::warn_of_step;
@@ -7,7 +8,9 @@ use super::report::{Chosen, Crossed, Gain};
 use msd_core::methods::Solved;
 use msd_core::stability::{Estimator, Mode};
 use msd_core::{Integrator, Settings, Witness};
-use msd_run::{Pierced, Piercing, Runner, on, steps_between, steps_between_counts};
+use msd_run::{
+    Cells, Overturned, Pierced, Piercing, Runner, on, steps_between, steps_between_counts,
+};
 use msd_study::quantity::{quantity, rounded};
 
 /// The largest share of the work of a run that predictions may take.
@@ -29,6 +32,8 @@ pub struct Watch {
     /// What touched at the last prediction.
     touched: Mode,
     witness: Witness,
+    /// The most energy that was missing, joules.
+    lost: f64,
     /// Energy that the integrator has added.
     pub gain: Option<Gain>,
     /// How far the solves of an implicit method got.
@@ -49,6 +54,13 @@ pub struct Watch {
     pub piercing: Piercing,
     /// Whether obstacles left particles no room.
     squeezed: bool,
+    /// Elastic energy at the last look, joules.
+    elastic: f64,
+    /// The longest substep that resolves the stiffness of the scene, seconds.
+    resolving: f64,
+    cells: Cells,
+    /// The body of which most cells are flat or inside out at the end.
+    pub overturned: Option<Overturned>,
 }
 
 impl Watch {
@@ -62,6 +74,7 @@ impl Watch {
             stable,
             touched: Mode::default(),
             witness: Witness::default(),
+            lost: 0.0,
             gain: None,
             solved: None,
             chosen: None,
@@ -72,6 +85,10 @@ impl Watch {
             every_count: on!(runner, simulation => steps_between_counts(simulation, COUNTS)),
             piercing: Piercing::default(),
             squeezed: false,
+            elastic: 0.0,
+            resolving: resolving(runner),
+            cells: Cells::new(runner),
+            overturned: None,
         };
         watch.piercing.look(runner);
         runner.show_to(&mut watch.witness);
@@ -85,8 +102,10 @@ impl Watch {
         if runner.is_automatic() && !runner.integrator().is_adaptive() {
             self.chosen = Some(Chosen::now(self.chosen, substeps));
         }
-        runner.show_to(&mut self.witness);
-        self.gain = Gain::now(self.gain, self.witness.gain(), runner.time());
+        self.elastic = runner.show_to(&mut self.witness).elastic;
+        self.lost = self.lost.max(self.witness.loss());
+        let gain = self.witness.gain();
+        self.gain = Gain::now(self.gain, gain, (runner.time(), self.elastic));
         if let Some(solved) = runner.solved() {
             self.solved.get_or_insert_default().note(solved);
         }
@@ -107,6 +126,11 @@ impl Watch {
         }
     }
 
+    /// Counts the cells that are flat or inside out now.
+    pub fn count_overturned(&mut self, runner: &Runner) {
+        self.overturned = self.cells.overturned(runner);
+    }
+
     /// The change of the total energy that nothing explains, joules; `None` where user input did
     /// work.
     pub fn imbalance(&self) -> Option<f64> {
@@ -124,21 +148,55 @@ impl Watch {
         least < self.stable && least < settings.substep()
     }
 
+    /// The most energy that was missing, joules; `None` where none was, or user input did work.
+    pub fn loss(&self) -> Option<f64> {
+        let is_known = !self.is_handled && !self.squeezed;
+        Some(self.lost).filter(|&loss| is_known && 0.0 < loss)
+    }
+
+    /// The warning of energy that nothing took by any account: an error, or the damping that a
+    /// method has by design.
+    fn lost(&self, integrator: Integrator) -> Option<String> {
+        let loss = quantity(self.loss()?, "J");
+        Some(match integrator {
+            Integrator::BackwardEuler | Integrator::Xpbd => format!(
+                "{integrator} has damped {loss} of energy by itself, more than a tenth of the most \
+                 that was in motion, beside what is dissipated: it does so by design, and less \
+                 with more substeps"
+            ),
+            _ => format!(
+                "the total energy has fallen by {loss}, more than a tenth of the most that was in \
+                 motion, and nothing took it: errors of {integrator} or of bounces; {}",
+                remedy(integrator)
+            ),
+        })
+    }
+
     /// The warning that the balance of energy is wrong, unless a gain says so already.
     fn surplus(&self, integrator: Integrator) -> Option<String> {
         let surplus = self.witness.surplus();
         let is_told = self.is_handled || self.gain.is_some() || self.squeezed;
-        let advice = match integrator.is_adaptive() {
-            true => "take a tighter tolerance or another method",
-            false => "shorten the step",
-        };
         (0.0 < surplus && !is_told).then(|| {
             format!(
                 "the total energy has risen by {}, more than a tenth of the most that was in \
-                 motion, and nothing supplied it: errors of {integrator} or of bounces; {advice}",
-                quantity(surplus, "J")
+                 motion, and nothing supplied it: errors of {integrator} or of bounces; {}",
+                quantity(surplus, "J"),
+                remedy(integrator)
             )
         })
+    }
+
+    /// The warning of energy that the method has added, or that XPBD is too soft.
+    fn gained(&self, settings: Settings) -> Option<String> {
+        let integrator = settings.integrator;
+        let surplus = self.witness.surplus();
+        let surplus = Gain::now(None, surplus, (self.least.1, self.elastic));
+        let known = self.gain.or(surplus.filter(|_| !self.is_handled));
+        let gain = known.filter(|_| !self.squeezed)?;
+        if gain.is_softness(integrator) {
+            return Some(gain.softness(settings, self.resolving));
+        }
+        if self.gain.is_some() { Some(gain.warning(integrator)) } else { self.surplus(integrator) }
     }
 
     /// The warnings to print, with advice on the step if there is any.
@@ -154,9 +212,8 @@ impl Watch {
              nothing"
                 .to_owned()
         });
-        let gained = self.gain.filter(|_| !self.squeezed);
-        let gained = gained.map(|gain| gain.warning(settings.integrator));
-        let surplus = self.surplus(settings.integrator);
+        let gained = self.gained(settings);
+        let lost = self.lost(settings.integrator);
         let poor =
             self.solved.filter(Solved::is_poor).map(|Solved { residual, tolerance, .. }| {
                 format!(
@@ -193,9 +250,10 @@ impl Watch {
             .into_iter()
             .chain(squeezed)
             .chain(gained)
-            .chain(surplus)
+            .chain(lost)
             .chain(poor)
             .chain(through)
+            .chain(self.overturned.as_ref().map(overturned))
             .collect()
     }
 
@@ -220,6 +278,31 @@ impl Watch {
             self.least = (stable, runner.time());
         }
     }
+}
+
+/// What makes the energy of a method better.
+fn remedy(integrator: Integrator) -> &'static str {
+    match integrator.is_adaptive() {
+        true => "take a tighter tolerance or another method",
+        false => "shorten the step",
+    }
+}
+
+/// The longest substep that resolves the fastest motion, of which a method without a limit knows
+/// nothing, seconds.
+fn resolving(runner: &Runner) -> f64 {
+    if runner.integrator() != Integrator::Xpbd {
+        return f64::INFINITY;
+    }
+    on!(runner, simulation => simulation.stable_substep_of(Integrator::VelocityVerlet, 1))
+}
+
+/// The warning of cells that are flat or inside out.
+fn overturned(Overturned { body, corners, of }: &Overturned) -> String {
+    format!(
+        "{corners} of the {of} corners of cells in bodies[{body}] are flat or inside out at the \
+         end; a stiffer material, a finer spacing or a softer impact prevents that"
+    )
 }
 
 #[cfg(test)]

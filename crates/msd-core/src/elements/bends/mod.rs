@@ -5,7 +5,7 @@
 
 mod curved;
 
-use super::stencils::{Group, Stencil, StencilLaw, StencilSums, Stencils};
+use super::stencils::{Group, MULTIPLIERS, Stencil, StencilLaw, StencilSums, Stencils};
 use super::{Motion, Products, Projection, Resists};
 use crate::number::{Real, Vector};
 use crate::scene::{Bend, Scene};
@@ -296,12 +296,12 @@ impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
     }
 
     /// A bend is a constraint |s| = 0 of compliance 1/k, of one that is curved |d| = 0.
-    fn project(row: &Row<R>, projection: &mut Projection<'_, R>) {
+    fn project(row: &Row<R>, applied: &mut [R; MULTIPLIERS], projection: &mut Projection<'_, R>) {
         let Projection { h, inverse_masses, starts, ways, .. } = projection;
         let (law, particle) = (&row.law, |end: usize| row.particle(end));
         let [stiff, damp] = [law.stiffness * *h * *h, law.damping * *h];
         if let Some(curved) = law.curved(|end| starts[particle(end)] + ways[particle(end)]) {
-            project_curved(row, &curved, [stiff, damp], (inverse_masses, ways));
+            project_curved((row, &curved), applied, [stiff, damp], (inverse_masses, ways));
             return;
         }
         let moved = law.sum(|end| ways[particle(end)]);
@@ -314,7 +314,9 @@ impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
             law.terms().map(|(end, weight)| weight * weight * inverse_masses[particle(end)]);
         let yielding = R::ONE + (stiff + damp) * squares.fold(R::ZERO, |sum, add| sum + add);
         let drag = damp * bent.dot(moved) * (R::ONE / square);
-        let pull = bent * ((stiff + drag) * (R::ONE / yielding));
+        let before = R::Vec3::from_components(*applied);
+        let pull = (bent * (stiff + drag) - before) * (R::ONE / yielding);
+        *applied = (before + pull).components();
         for (end, weight) in law.terms() {
             ways[particle(end)] -= pull * (weight * inverse_masses[particle(end)]);
         }
@@ -387,16 +389,17 @@ impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
 /// Moves the particles of one that is curved, by h² k and h b: first to where it is off its rest by
 /// less, then against the change of its angle.
 fn project_curved<R: Real>(
-    row: &Row<R>,
-    curved: &Curved<R>,
+    (row, curved): (&Row<R>, &Curved<R>),
+    [elastic, damped, _]: &mut [R; MULTIPLIERS],
     [stiff, damp]: [R; 2],
     (inverse_masses, ways): (&[R], &mut [R::Vec3]),
 ) {
     let mass = |end: usize| inverse_masses[row.particle(end)];
-    let push = |ways: &mut [R::Vec3], parts: [R::Vec3; 4], [stiff, by]: [R; 2]| {
+    let push = |ways: &mut [R::Vec3], parts: [R::Vec3; 4], [stiff, by]: [R; 2], sum: &mut R| {
         let square = |end: usize| parts[end].dot(parts[end]) * mass(end);
         let squares = (0..4).map(square).fold(R::ZERO, |sum, add| sum + add);
-        let pull = stiff * by * (R::ONE / (R::ONE + stiff * squares));
+        let pull = (stiff * by - *sum) * (R::ONE / (R::ONE + stiff * squares));
+        *sum += pull;
         for (end, part) in parts.into_iter().enumerate() {
             ways[row.particle(end)] -= part * (pull * mass(end));
         }
@@ -404,12 +407,12 @@ fn project_curved<R: Real>(
     let square = curved.off.dot(curved.off);
     if R::SHORTEST_SQUARED <= square {
         let length = square.sqrt();
-        push(ways, curved.parts(curved.off * (R::ONE / length)), [stiff, length]);
+        push(ways, curved.parts(curved.off * (R::ONE / length)), [stiff, length], elastic);
     }
     if damp != R::ZERO {
         let along = curved.gradient();
         let moved = dot_parts::<R>(&along, |end| ways[row.particle(end)]);
-        push(ways, along, [damp, moved]);
+        push(ways, along, [damp, moved], damped);
     }
 }
 

@@ -165,7 +165,7 @@ impl<R: Real> Springs<R> {
     }
 
     /// The springs that are there, with their numbers.
-    pub fn present(&self) -> impl Iterator<Item = (usize, [usize; 2])> + '_ {
+    pub fn present(&self) -> impl DoubleEndedIterator<Item = (usize, [usize; 2])> + '_ {
         let rows = self.ends.iter().enumerate();
         rows.filter(|&(spring, _)| !self.is_cut(spring))
             .map(|(spring, ends)| (spring, ends.map(|end| end as usize)))
@@ -400,14 +400,15 @@ impl<R: Real> Force<R> for Springs<R> {
 
     /// A spring is a constraint of compliance 1/k.
     fn project(&self, projection: &mut Projection<'_, R>) {
-        let Projection { h, inverse_masses, starts, ways, .. } = projection;
+        let Projection { h, inverse_masses, starts, ways, multipliers, .. } = projection;
         let h = *h;
-        for (spring, [a, b]) in self.present() {
+        let multipliers = &mut multipliers[projection.first..];
+        let pull = |(spring, [a, b]): (usize, [usize; 2])| {
             let parted = ways[b] - ways[a];
             let across = (starts[b] - starts[a]) + parted;
             let squared = across.dot(across);
             if squared < R::SHORTEST_SQUARED {
-                continue;
+                return;
             }
             let law = self.law(spring);
             let length = squared.sqrt();
@@ -417,10 +418,20 @@ impl<R: Real> Force<R> for Springs<R> {
             let moved = direction.dot(parted);
             let stretch = length - law.rest;
             let yielding = R::ONE + (stiff + damp) * (inverse_masses[a] + inverse_masses[b]);
-            let pull = direction * ((stiff * stretch + damp * moved) / yielding);
-            ways[a] += pull * inverse_masses[a];
-            ways[b] -= pull * inverse_masses[b];
+            let pull = (stiff * stretch + damp * moved - multipliers[spring]) / yielding;
+            multipliers[spring] += pull;
+            ways[a] += direction * pull * inverse_masses[a];
+            ways[b] -= direction * pull * inverse_masses[b];
+        };
+        if projection.is_back {
+            self.present().rev().for_each(pull);
+        } else {
+            self.present().for_each(pull);
         }
+    }
+
+    fn multiplier_count(&self) -> usize {
+        self.ends.len()
     }
 
     fn each_pair(&self, join: &mut dyn FnMut([u32; 2])) {

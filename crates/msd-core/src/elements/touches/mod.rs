@@ -281,12 +281,13 @@ impl<R: Real> Force<R> for Touches {
         work.touching.add_column_products(stage.tau, direction, products);
     }
 
-    /// Those may touch that are near where the others have moved them.
+    /// Those may touch that are near where the others have moved them; once, between the others.
     fn project(&self, projection: &mut Projection<'_, R>) {
-        if self.is_empty() {
+        if self.is_empty() || projection.is_back {
             return;
         }
-        let Projection { level, slots, h, inverse_masses, starts, ways, column, near } = projection;
+        let Projection { level, slots, h, inverse_masses, starts, ways, column, near, .. } =
+            projection;
         for (at, (start, way)) in slots.places().zip(starts.iter().zip(&**ways)) {
             set_vector(column, at, *start + *way);
         }

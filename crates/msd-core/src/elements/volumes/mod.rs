@@ -4,7 +4,7 @@
 
 mod shape;
 
-use super::stencils::{Group, Stencil, StencilLaw, StencilSums, Stencils};
+use super::stencils::{Group, MULTIPLIERS, Stencil, StencilLaw, StencilSums, Stencils};
 use super::{Motion, Products, Projection, Resists};
 use crate::number::{Real, Vector};
 use crate::scene::{Scene, Volume};
@@ -133,7 +133,11 @@ impl<R: Real> StencilLaw<R, 8> for VolumeLaw<R> {
 
     /// A constraint V = V0 of compliance V0/Λ. A negative Λ, which is no constraint, pushes away
     /// from it by at most as much.
-    fn project(row: &CellRow<R>, projection: &mut Projection<'_, R>) {
+    fn project(
+        row: &CellRow<R>,
+        [applied, ..]: &mut [R; MULTIPLIERS],
+        projection: &mut Projection<'_, R>,
+    ) {
         let Projection { h, inverse_masses, starts, ways, .. } = projection;
         let (h, law) = (*h, &row.law);
         let moved = diagonals::<R>(|corner| ways[row.particle(corner)]);
@@ -151,7 +155,8 @@ impl<R: Real> StencilLaw<R, 8> for VolumeLaw<R> {
         let [factor] = shape.factors(law, h);
         // Of a negative one the magnitude, which bounds how far it pushes.
         let yielding = R::ONE + factor.abs() * squares;
-        let pull = pull * (h * h) * (R::ONE / yielding);
+        let pull = (pull * (h * h) - *applied) * (R::ONE / yielding);
+        *applied += pull;
         for (corner, part) in parts.into_iter().enumerate() {
             ways[row.particle(corner)] -= part * (pull * mass(corner));
         }
@@ -162,7 +167,7 @@ impl<R: Real> StencilLaw<R, 8> for VolumeLaw<R> {
         let (law, shape) = row.shape_f64(motion);
         let [e] = shape.dilations;
         let slopes: f64 = corner_lengths(&shape).into_iter().sum();
-        let energy = law.modulus * law.rest * (0.5 * e * e / law.reach(e));
+        let energy = law.modulus * law.rest * law.stored(e);
         [energy, law.tension(e).abs() * slopes, law.slope(e).abs() * slopes * slopes / law.rest]
     }
 

@@ -19,8 +19,10 @@ pub(super) type Six<R, const N: usize> = [Triple<R, N>; 6];
 /// The law of a cell at e = V/V0 − 1: it stores Λ V0 f(e), with f = e²/2 for a positive Λ.
 ///
 /// A negative Λ takes away some of the resistance of springs, and must not take away more. There
-/// f = e²/(2 q), q = 1 + 2/3 e + e²: to third order that is 9/2 ((V/V0)^⅓ − 1)², which in a uniform
-/// dilation goes as the springs do, and it stays finite however far a cell is pulled.
+/// f = (1 + e) e²/(2 q), q = 1 + 5/3 e + 2 e² + e⁴/3. To third order that is 9/2 ((V/V0)^⅓ − 1)²,
+/// which in a uniform dilation goes as the springs do. It is 0 in a flat cell and negative in one
+/// that is inside out, so that the energy Λ f resists that, and it goes to 0 however far a cell is
+/// pulled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeLaw<R> {
     pub(super) rest: R,
@@ -60,10 +62,13 @@ impl<R: Real> VolumeLaw<R> {
         (volume - self.rest) * (R::ONE / self.rest)
     }
 
-    /// q, which is 1 for a positive Λ.
-    #[inline(always)]
-    pub(super) fn reach(&self, e: R) -> R {
-        if self.is_negative() { R::ONE + e * (R::of(2.0 / 3.0) + e) } else { R::ONE }
+    /// f.
+    pub(super) fn stored(&self, e: R) -> R {
+        let square = R::of(0.5) * (e * e);
+        if !self.is_negative() {
+            return square;
+        }
+        square * ((R::ONE + e) / reach(e)[0])
     }
 
     /// The tension Λ f', pascals.
@@ -72,8 +77,8 @@ impl<R: Real> VolumeLaw<R> {
         if !self.is_negative() {
             return self.modulus * e;
         }
-        let q = self.reach(e);
-        self.modulus * (e * (R::ONE + e * R::of(1.0 / 3.0)) * (R::ONE / (q * q)))
+        let per_reach = R::ONE / reach(e)[0];
+        self.modulus * ((e * per_reach) * (rise(e)[0] * per_reach))
     }
 
     /// The slope of the tension, Λ f'', pascals.
@@ -82,9 +87,11 @@ impl<R: Real> VolumeLaw<R> {
         if !self.is_negative() {
             return self.modulus;
         }
-        let (third, q) = (R::of(1.0 / 3.0), self.reach(e));
-        let bend = e * (R::ONE + e * third) * (R::of(4.0) * (third + e));
-        self.modulus * (((R::ONE + e * (third + third)) * q - bend) * (R::ONE / (q * q * q)))
+        let [q, q_slope] = reach(e);
+        let [n, n_slope] = rise(e);
+        let per_reach = R::ONE / q;
+        let bend = (R::of(2.0) * e * per_reach) * (n * per_reach) * (q_slope * per_reach);
+        self.modulus * ((n + e * n_slope) * per_reach * per_reach - bend)
     }
 
     /// The share of Λ and of the damping at a cell whose gradient has a square g²: 1 for a positive
@@ -101,6 +108,22 @@ impl<R: Real> VolumeLaw<R> {
         let rough = if rough < R::ZERO { R::ZERO } else { rough };
         R::ONE / (linear + e * e + rough * R::of(8.0))
     }
+}
+
+/// q and its derivative.
+#[inline(always)]
+fn reach<R: Real>(e: R) -> [R; 2] {
+    let (square, four_thirds) = (e * e, R::of(4.0 / 3.0));
+    let q = R::ONE + e * R::of(5.0 / 3.0) + square * (R::of(2.0) + square * R::of(1.0 / 3.0));
+    [q, R::of(5.0 / 3.0) + e * (R::of(4.0) + square * four_thirds)]
+}
+
+/// n in f' = e n/q², and its derivative.
+#[inline(always)]
+fn rise<R: Real>(e: R) -> [R; 2] {
+    let horner = |terms: &[f64]| terms.iter().rev().fold(R::ZERO, |sum, &add| sum * e + R::of(add));
+    let n = horner(&[1.0, 7.0 / 3.0, 5.0 / 3.0, 1.0, -1.0 / 3.0, -1.0 / 6.0]);
+    [n, horner(&[7.0 / 3.0, 10.0 / 3.0, 3.0, -4.0 / 3.0, -5.0 / 6.0])]
 }
 
 /// The cube root of a positive number, by Newton's method: it does without a library.
