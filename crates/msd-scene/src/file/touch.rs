@@ -1,4 +1,4 @@
-//! How bodies touch, from the keys `touch`: by the thickness of their surfaces, or by the radii of
+//! Contact of bodies, from the keys `touch`: by the thickness of their surfaces, or by the radii of
 //! their particles where a body of the file has a key of these.
 
 mod shells;
@@ -207,7 +207,8 @@ fn triangles(source: &Source<'_>, row: usize, scene: &Scene) -> Result<Vec<[usiz
     Ok(all.filter(|[a, b, c]| a != b && b != c && c != a).collect())
 }
 
-/// How the particles of a body of a scene touch by their radii by default; `None` where its springs say no radius or no stiffness, or there is no such body.
+/// How the particles of a body of a scene touch by their radii by default; `None` where its springs
+/// say no radius or no stiffness, or there is no such body.
 pub fn default_touch(scene: &Scene, body: usize) -> Option<Touch> {
     let particles = scene.bodies.get(body).map(|_| outside(scene, body))?;
     if particles.is_empty() {

@@ -21,9 +21,23 @@ pub(super) struct Cluster {
     pub(super) around: Vec<u32>,
 }
 
+/// The clusters of some shells, and that of each vertex.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Clusters {
+    pub(super) rows: Vec<Cluster>,
+    pub(super) of_vertex: Vec<u32>,
+}
+
+impl Clusters {
+    pub(super) fn new(shells: &Shells) -> Self {
+        let (rows, of_vertex) = group(shells);
+        Clusters { rows, of_vertex }
+    }
+}
+
 /// Groups the vertices of shells, each group breadth first from its lowest vertex; returns also the
 /// cluster of each vertex.
-pub(super) fn group(shells: &Shells) -> (Vec<Cluster>, Vec<u32>) {
+fn group(shells: &Shells) -> (Vec<Cluster>, Vec<u32>) {
     let mut clusters: Vec<Cluster> = Vec::new();
     let mut of_vertex = alloc::vec![NONE; shells.vertices.len()];
     for seed in 0..shells.vertices.len() as u32 {

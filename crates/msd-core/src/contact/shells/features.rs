@@ -1,6 +1,5 @@
 //! Features of shells: their vertices, edges and faces, and which of them hang together.
 
-use super::clusters::{self, Cluster};
 use crate::columns::extent::Records;
 use crate::columns::slots::Slots;
 use crate::columns::vector;
@@ -49,9 +48,6 @@ pub(crate) struct Shells {
     faces_at: ByVertex,
     /// Where vertices are in columns of vectors.
     pub(super) records: Records,
-    pub(super) clusters: Vec<Cluster>,
-    /// The cluster of each vertex.
-    pub(super) cluster_of: Vec<u32>,
 }
 
 /// Numbers of each vertex.
@@ -116,7 +112,6 @@ impl Shells {
         shells.rows = rows;
         shells.records = Records::new(shells.vertices.iter().map(|vertex| vertex.at));
         shells.join();
-        (shells.clusters, shells.cluster_of) = clusters::group(&shells);
         shells
     }
 

@@ -1,6 +1,6 @@
 //! Lists of features that may be near each other, which serve for many substeps.
 
-use super::clusters::Cluster;
+use super::clusters::{Cluster, Clusters};
 use super::distance::{between_edges, minus, of_edge, of_face};
 use super::features::Shells;
 use super::margins::Margins;
@@ -42,6 +42,8 @@ pub(super) struct ClusterPair<R> {
 /// Features that may be near each other.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Candidates<R: Real> {
+    /// None before the first look at some features.
+    pub(super) clusters: Clusters,
     /// The pairs that may matter in this substep, in order.
     pub(super) due: Vec<u32>,
     pub(super) pairs: Vec<ClusterPair<R>>,
@@ -60,13 +62,14 @@ pub(super) struct Candidates<R: Real> {
     are_due: [Vec<bool>; 2],
     /// How far each cluster has moved since the last look.
     moved: Vec<Extent<R>>,
-    search: Search<R>,
+    search: FeatureSearch<R>,
 }
 
 impl<R: Real> Candidates<R> {
     /// Discards the lists: features are other ones.
     pub(super) fn forget(&mut self) {
         self.is_listed = false;
+        self.clusters = Clusters::default();
     }
 
     /// Whether no features can be within their reach and a margin, metres, that holds for all; then
@@ -80,6 +83,9 @@ impl<R: Real> Candidates<R> {
     ) -> bool {
         self.due.clear();
         self.vertices.clear();
+        if self.clusters.rows.is_empty() {
+            self.clusters = Clusters::new(shells);
+        }
         if !self.is_listed {
             return false;
         }
@@ -129,7 +135,7 @@ impl<R: Real> Candidates<R> {
         let are_all = self.pack() <= most;
         if !are_all {
             // Not to be served from again.
-            self.forget();
+            self.is_listed = false;
         }
         are_all
     }
@@ -142,9 +148,9 @@ impl<R: Real> Candidates<R> {
 
     /// Adds to the wear of each pair how far its clusters may have come closer since the last look.
     fn wear_out(&mut self, shells: &Shells, positions: &[R]) {
-        let Candidates { moved, last, pairs, .. } = self;
+        let Candidates { clusters, moved, last, pairs, .. } = self;
         moved.clear();
-        moved.extend(shells.clusters.iter().map(|cluster| {
+        moved.extend(clusters.rows.iter().map(|cluster| {
             let way = |&vertex: &u32| {
                 shells.point::<R>(positions, vertex) - shells.point::<R>(last, vertex)
             };
@@ -161,7 +167,7 @@ impl<R: Real> Candidates<R> {
     fn pair_clusters(&mut self, shells: &Shells, positions: &[R], needed: f64) {
         let boxes = &mut self.moved;
         boxes.clear();
-        boxes.extend(shells.clusters.iter().map(|cluster| cluster.extent(shells, positions)));
+        boxes.extend(self.clusters.rows.iter().map(|cluster| cluster.extent(shells, positions)));
         let sizes = boxes.iter().map(|extent| extent.diagonal().sqrt().to_f64()).sum::<f64>();
         let beyond = (BEYOND * sizes / boxes.len() as f64).max(2.0 * needed);
         let far = R::of(shells.reach() + beyond);
@@ -181,7 +187,7 @@ impl<R: Real> Candidates<R> {
             for &other in order[at..].iter().take_while(|&&other| low(other) <= last) {
                 let clusters = [own.min(other), own.max(other)];
                 let [a, b] =
-                    clusters.map(|cluster| shells.clusters[cluster as usize].shell(shells));
+                    clusters.map(|cluster| self.clusters.rows[cluster as usize].shell(shells));
                 let distance = || boxes[own as usize].distance(boxes[other as usize]);
                 if do_meet(shells.rows(), [a, b]) && distance() < far {
                     found.push(clusters);
@@ -194,7 +200,8 @@ impl<R: Real> Candidates<R> {
             let new = || {
                 let [own, other] = clusters.map(|cluster| boxes[cluster as usize]);
                 let apart = own.distance(other).to_f64() - shells.reach();
-                let first = clusters.map(|cluster| shells.clusters[cluster as usize].vertices[0]);
+                let first =
+                    clusters.map(|cluster| self.clusters.rows[cluster as usize].vertices[0]);
                 ClusterPair {
                     clusters,
                     worn: 0.0,
@@ -219,7 +226,7 @@ impl<R: Real> Candidates<R> {
         (number, needed): (usize, f64),
     ) {
         let pair = &mut self.pairs[number];
-        let [own, other] = pair.clusters.map(|cluster| &shells.clusters[cluster as usize]);
+        let [own, other] = pair.clusters.map(|cluster| &self.clusters.rows[cluster as usize]);
         let boxes = [own, other].map(|cluster| cluster.extent(shells, positions));
         let stop = pair.stop;
         let apart = (boxes[0].distance(boxes[1]) - stop).to_f64();
@@ -268,7 +275,7 @@ impl<R: Real> Candidates<R> {
         }
         let [clusters, vertices] = &mut self.are_due;
         clusters.clear();
-        clusters.resize(shells.clusters.len(), false);
+        clusters.resize(self.clusters.rows.len(), false);
         vertices.clear();
         vertices.resize(shells.vertices.len(), false);
         for &pair in &self.due {
@@ -276,7 +283,7 @@ impl<R: Real> Candidates<R> {
                 if core::mem::replace(&mut clusters[cluster as usize], true) {
                     continue;
                 }
-                for &vertex in &shells.clusters[cluster as usize].around {
+                for &vertex in &self.clusters.rows[cluster as usize].around {
                     if !core::mem::replace(&mut vertices[vertex as usize], true) {
                         self.vertices.push(vertex);
                     }
@@ -327,7 +334,7 @@ impl Cluster {
 
 /// What a search for features of two clusters takes note of.
 #[derive(Clone, Debug, Default)]
-struct Search<R: Real> {
+struct FeatureSearch<R: Real> {
     /// How far apart features may be, metres.
     reach: R,
     vertices: Lanes<R, 1>,
@@ -340,7 +347,7 @@ struct Search<R: Real> {
     kept: Vec<ListedPair>,
 }
 
-impl<R: Real> Search<R> {
+impl<R: Real> FeatureSearch<R> {
     /// Finds the features of two clusters, or of one, that are within reach of each other.
     #[inline(always)]
     fn list<S: Simd>(

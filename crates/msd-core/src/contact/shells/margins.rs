@@ -1,5 +1,6 @@
 //! How much closer features may come to each other in a substep.
 
+use super::clusters::Clusters;
 use super::features::Shells;
 use super::find::At;
 use super::row::{ContactRow, EDGE, FACE, VERTEX, features};
@@ -27,7 +28,7 @@ impl<R: Real> Margins<R> {
     /// one; `most` holds for all clusters, and `seconds` is the substep and a bit.
     pub(super) fn set(
         &mut self,
-        at: &At<'_, R>,
+        (at, clusters): (&At<'_, R>, &Clusters),
         [positions, velocities, forces]: [&[R]; 3],
         (length, seconds): (R, R),
         (last, most): (&[ContactRow<R>], R),
@@ -38,19 +39,20 @@ impl<R: Real> Margins<R> {
             let kick = vector::<R>(forces, place) * (at.inverse_masses[place] * length);
             vector::<R>(velocities, place) + kick
         };
-        let clusters = &at.shells.clusters;
         self.free.clear();
-        self.free.extend(clusters.iter().map(|of| Extent::around(of.corners.iter().map(after))));
+        self.free
+            .extend(clusters.rows.iter().map(|of| Extent::around(of.corners.iter().map(after))));
         self.met.clear();
         self.met.extend_from_slice(&self.free);
         if !at.obstacles.is_empty() {
-            for (number, cluster) in clusters.iter().enumerate() {
+            for (number, cluster) in clusters.rows.iter().enumerate() {
                 let around = cluster.extent(at.shells, positions);
                 self.meet_obstacles(at, number, around);
             }
         }
         for row in last.iter().filter(|row| row.push != R::ZERO && !row.is_of_obstacle()) {
-            let [own, other] = clusters_of(at.shells, row.key).map(|cluster| cluster as usize);
+            let [own, other] = vertices_of(at.shells, row.key)
+                .map(|vertex| clusters.of_vertex[vertex as usize] as usize);
             let both = self.free[own].with(self.free[other]);
             for cluster in [own, other] {
                 self.met[cluster] = self.met[cluster].with(both);
@@ -82,15 +84,14 @@ impl<R: Real> Margins<R> {
     }
 }
 
-/// The clusters of the features of a row.
-fn clusters_of(shells: &Shells, key: u64) -> [u32; 2] {
+/// The first vertex of each feature of a row.
+fn vertices_of(shells: &Shells, key: u64) -> [u32; 2] {
     let [a, b] = features(key);
     let edge = |edge: u32| shells.edges[edge as usize].ends[0];
-    let vertices = match key >> 62 {
+    match key >> 62 {
         FACE => [a, shells.faces[b as usize].corners[0]],
         EDGE => [a, edge(b)],
         VERTEX => [a, b],
         _ => [edge(a), edge(b)],
-    };
-    vertices.map(|vertex| shells.cluster_of[vertex as usize])
+    }
 }

@@ -108,7 +108,8 @@ impl<R: Real> ShellRows<R> {
         }
         let columns = [positions, velocities, forces];
         let times = (length, h * R::of(SPARE));
-        self.margins.set(at, columns, times, (&self.last, margin));
+        let clusters = &self.lists.clusters;
+        self.margins.set((at, clusters), columns, times, (&self.last, margin));
         let margins = (&self.margins, margin);
         let are_all = self.lists.serve(at.level, shells, positions, margins);
         if !self.lists.vertices.is_empty() {
