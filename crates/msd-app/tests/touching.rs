@@ -235,7 +235,8 @@ fn what_may_have_passed_through_is_told_and_marked() {
 #[test]
 fn surfaces_that_cross_are_counted_while_the_run_is_as_it_is() {
     let text = "version = 1\n[world]\ngravity = [0, 0, 0]\n[[bodies]]\nkind = 'cloth'\n\
-                size = [3, 3]\ntouch = { radius = 0.45 }\n[[bodies]]\nkind = 'cloth'\nsize = [3, 3]\n\
+                size = [3, 3]\ntouch = { radius = 0.45 }\n\
+                [[bodies]]\nkind = 'cloth'\nsize = [3, 3]\n\
                 position = [0.3, 0, 0.2]\nrotation = { axis = [1, 0, 0], angle_deg = 90 }\n\
                 touch = {}\n";
     let folder = tempfile::tempdir().expect("a folder");

@@ -4,9 +4,11 @@ use crate::columns::extent::Records;
 use crate::columns::slots::Slots;
 use crate::columns::vector;
 use crate::number::Real;
+use crate::obstacles::Obstacles;
 use crate::scene::shell::Shell;
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
+use fearless_simd::Level;
 
 /// No face.
 pub(super) const NONE: u32 = u32::MAX;
@@ -192,4 +194,14 @@ impl Shells {
     ) -> [R::Vec3; N] {
         vertices.map(|vertex| self.point(positions, vertex))
     }
+}
+
+/// A state in columns, and what the rows of it depend on.
+pub(crate) struct At<'a, R: Real> {
+    pub(crate) level: Level,
+    pub(crate) shells: &'a Shells,
+    pub(crate) obstacles: &'a Obstacles<R>,
+    pub(crate) inverse_masses: &'a [R],
+    /// Simulated time, seconds.
+    pub(crate) time: f64,
 }

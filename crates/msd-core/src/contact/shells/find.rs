@@ -1,27 +1,15 @@
 //! Rows of the features that are nearest to each other.
 
 use super::distance::between_edges;
-use super::features::{Edge, NONE, Shells};
+use super::features::{At, Edge, NONE};
 use super::glance::squares;
 use super::lists::{Candidates, ClusterPair, ListedPair, NOISE};
 use super::patch::Patch;
 use super::row::{ContactRow, EDGE, EDGES, FACE, OBSTACLE, VERTEX, features, key};
 use crate::columns::LANES;
 use crate::number::{Real, Vector, at_level};
-use crate::obstacles::Obstacles;
 use crate::triangle::{nearest, part_of_edge};
 use alloc::vec::Vec;
-use fearless_simd::Level;
-
-/// A state in columns, and what the rows of it depend on.
-pub(crate) struct At<'a, R: Real> {
-    pub(crate) level: Level,
-    pub(crate) shells: &'a Shells,
-    pub(crate) obstacles: &'a Obstacles<R>,
-    pub(crate) inverse_masses: &'a [R],
-    /// Simulated time, seconds.
-    pub(crate) time: f64,
-}
 
 /// Rows as they are found.
 pub(super) struct Finder<'a, R: Real> {

@@ -337,9 +337,9 @@ impl Cluster {
 struct FeatureSearch<R: Real> {
     /// How far apart features may be, metres.
     reach: R,
-    vertices: Lanes<R, 1>,
-    edges: Lanes<R, 2>,
-    faces: Lanes<R, 3>,
+    vertices: FeatureLanes<R, 1>,
+    edges: FeatureLanes<R, 2>,
+    faces: FeatureLanes<R, 3>,
     /// Features that are near each other, and the squares of their distances.
     near: Vec<(u64, R)>,
     order: Vec<u32>,
@@ -433,19 +433,19 @@ fn splat<S: Simd, R: Real>(simd: S, vector: R::Vec3) -> [Pack<S, R>; 3] {
 
 /// Features of so many points each, in columns of whole registers.
 #[derive(Clone, Debug)]
-struct Lanes<R: Real, const POINTS: usize> {
+struct FeatureLanes<R: Real, const POINTS: usize> {
     features: Vec<u32>,
     columns: [[Vec<R>; 3]; POINTS],
 }
 
-impl<R: Real, const POINTS: usize> Default for Lanes<R, POINTS> {
+impl<R: Real, const POINTS: usize> Default for FeatureLanes<R, POINTS> {
     fn default() -> Self {
         let columns = core::array::from_fn(|_| [Vec::new(), Vec::new(), Vec::new()]);
-        Lanes { features: Vec::new(), columns }
+        FeatureLanes { features: Vec::new(), columns }
     }
 }
 
-impl<R: Real, const POINTS: usize> Lanes<R, POINTS> {
+impl<R: Real, const POINTS: usize> FeatureLanes<R, POINTS> {
     /// Overwrites the features by those of some that are within reach of a box.
     fn fill(
         &mut self,

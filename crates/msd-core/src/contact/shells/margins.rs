@@ -1,8 +1,7 @@
-//! How much closer features may come to each other in a substep.
+//! Bounds on how much closer features come to each other in a substep.
 
 use super::clusters::Clusters;
-use super::features::Shells;
-use super::find::At;
+use super::features::{At, Shells};
 use super::row::{ContactRow, EDGE, FACE, VERTEX, features};
 use crate::columns::extent::Extent;
 use crate::columns::vector;

@@ -17,16 +17,15 @@
 mod features;
 mod clusters;
 mod distance;
-mod lists;
 mod row;
 mod margins;
+mod lists;
 mod patch;
 mod glance;
 mod find;
 mod sweep;
 mod rows;
 
-pub(crate) use features::Shells;
-pub(crate) use find::At;
+pub(crate) use features::{At, Shells};
 pub use row::RowImpulse;
 pub(crate) use rows::ShellRows;

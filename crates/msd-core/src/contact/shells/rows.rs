@@ -1,6 +1,7 @@
 //! The rows of a model, and the moments at which methods ask them.
 
-use super::find::{At, Finder};
+use super::features::At;
+use super::find::Finder;
 use super::lists::Candidates;
 use super::margins::Margins;
 use super::patch::{Patch, gather, scatter};
