@@ -103,6 +103,12 @@ impl<R: Real> Extent<R> {
         (self.low + self.high) * R::HALF
     }
 
+    /// The axis along which it is longest.
+    pub(crate) fn longest_axis(&self) -> usize {
+        let sides = (self.high - self.low).components();
+        (0..3).fold(0, |longest, axis| if sides[longest] < sides[axis] { axis } else { longest })
+    }
+
     /// Whether another box is within some distance of it along every axis.
     #[inline(always)]
     pub(crate) fn is_near(self, other: Self, distance: R) -> bool {

@@ -175,15 +175,17 @@ impl<R: Real> Candidates<R> {
         core::mem::swap(&mut self.pairs, &mut self.before);
         let is_listed = self.is_listed;
         let mut known = self.before.drain(..).filter(|_| is_listed).peekable();
+        let all = boxes.iter().copied().fold(Extent::default(), Extent::with);
+        let along = all.longest_axis();
         let order = &mut self.search.order;
         order.clear();
         order.extend(0..boxes.len() as u32);
-        let low = |cluster: u32| boxes[cluster as usize].low().components()[0].to_f64();
+        let low = |cluster: u32| boxes[cluster as usize].low().components()[along].to_f64();
         order.sort_unstable_by(|&a, &b| low(a).total_cmp(&low(b)).then(a.cmp(&b)));
         let found = &mut self.search.found;
         found.clear();
         for (at, &own) in order.iter().enumerate() {
-            let last = boxes[own as usize].high().components()[0].to_f64() + far.to_f64();
+            let last = boxes[own as usize].high().components()[along].to_f64() + far.to_f64();
             for &other in order[at..].iter().take_while(|&&other| low(other) <= last) {
                 let clusters = [own.min(other), own.max(other)];
                 let [a, b] =
