@@ -16,7 +16,7 @@ pub(crate) struct Nearest<R: Real> {
 
 impl<R: Real> Nearest<R> {
     fn of(corners: [R::Vec3; 3], weights: [R; 3]) -> Self {
-        let [a, b, c] = [0, 1, 2].map(|corner| corners[corner] * weights[corner]);
+        let [a, b, c] = [corners[0] * weights[0], corners[1] * weights[1], corners[2] * weights[2]];
         let point = a + b + c;
         Nearest { weights, point, square: point.dot(point) }
     }
@@ -33,10 +33,10 @@ impl<R: Real> Nearest<R> {
 pub(crate) fn nearest<R: Real>(corners: [R::Vec3; 3]) -> Nearest<R> {
     let [a, b, c] = corners;
     let normal = (b - a).cross(c - a);
-    let areas = [b.cross(c), c.cross(a), a.cross(b)].map(|side| normal.dot(side));
+    let areas = [normal.dot(b.cross(c)), normal.dot(c.cross(a)), normal.dot(a.cross(b))];
     if areas.iter().all(|&area| R::ZERO < area) {
         let sum = areas[0] + areas[1] + areas[2];
-        return Nearest::of(corners, areas.map(|area| area / sum));
+        return Nearest::of(corners, [areas[0] / sum, areas[1] / sum, areas[2] / sum]);
     }
     let mut found = Nearest { square: R::LARGEST, ..Nearest::of(corners, CORNER.map(R::of)) };
     for opposite in (0..3).filter(|&corner| areas[corner] <= R::ZERO) {

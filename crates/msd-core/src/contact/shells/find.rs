@@ -85,14 +85,23 @@ impl<'a, R: Real> Finder<'a, R> {
         }
     }
 
+    #[inline(always)]
     fn point(&self, vertex: u32) -> R::Vec3 {
         self.patch.points[vertex as usize]
     }
 
+    /// The corners of a face as seen from a point.
+    ///
+    /// Without `map`, which is not always compiled into the loop around it.
+    #[inline(always)]
+    fn seen(&self, face: u32, from: R::Vec3) -> [R::Vec3; 3] {
+        let [a, b, c] = self.at.shells.faces[face as usize].corners;
+        [self.point(a) - from, self.point(b) - from, self.point(c) - from]
+    }
+
     /// The square of the distance of a point from a face.
     fn square(&self, point: R::Vec3, face: u32) -> R {
-        let corners = self.at.shells.faces[face as usize].corners;
-        nearest::<R>(corners.map(|corner| self.point(corner) - point)).square
+        nearest::<R>(self.seen(face, point)).square
     }
 
     /// Adds the rows of the keys noted, each once.
@@ -131,8 +140,7 @@ impl<'a, R: Real> Finder<'a, R> {
         match key >> 62 {
             FACE => {
                 let corners = shells.faces[b as usize].corners;
-                let here = self.point(a);
-                let weights = nearest::<R>(corners.map(|at| self.point(at) - here)).weights;
+                let weights = nearest::<R>(self.seen(b, self.point(a))).weights;
                 Sides::of_face(a, corners, weights)
             }
             EDGE => {
@@ -154,8 +162,8 @@ impl<'a, R: Real> Finder<'a, R> {
     /// they are parallel.
     #[inline(always)]
     fn parts(&self, [own, other]: [[u32; 2]; 2]) -> Option<[R; 2]> {
-        let [p, p_end] = own.map(|end| self.point(end));
-        let [q, q_end] = other.map(|end| self.point(end));
+        let [p, p_end] = [self.point(own[0]), self.point(own[1])];
+        let [q, q_end] = [self.point(other[0]), self.point(other[1])];
         let (d, e, r) = (p_end - p, q_end - q, p - q);
         let [dd, ee, de, dr, er] = [d.dot(d), e.dot(e), d.dot(e), d.dot(r), e.dot(r)];
         let sine = dd * ee - de * de;
@@ -235,9 +243,8 @@ impl<'a, R: Real> Finder<'a, R> {
         let shells = self.at.shells;
         let face = shells.faces[number as usize];
         let here = self.point(vertex);
-        let corners = face.corners.map(|corner| self.point(corner) - here);
         let (stop, _) = shells.law_of::<R>(vertex, face.corners[0]);
-        let met = nearest::<R>(corners);
+        let met = nearest::<R>(self.seen(number, here));
         let gap = met.square.sqrt() - stop;
         if self.margin <= gap {
             return gap;
