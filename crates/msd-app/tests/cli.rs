@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{folder, json, outcome, parse, quiet, refused, text};
+use common::{done, folder, json, outcome, parse, quiet, refused, text};
 use msd_core::Settings;
 use msd_run::{Runner, on};
 use msd_scene::open;
