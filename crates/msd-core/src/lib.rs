@@ -206,8 +206,9 @@ pub use scene::shape;
 pub use scene::substance;
 pub use scene::{
     Air, Bend, Bending, Between, Body, Corner, DistanceGrid, Elasticity, Friction, Gust, KeyFrame,
-    Lattice, Look, MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours, Part, Particle, Pattern, Pin,
-    Plane, Scene, Shape, Shell, Solid, Spring, Substance, Surface, Touch, Volume, World,
+    Lattice, Look, MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours, PALETTE, Part, Particle,
+    Pattern, Pin, Plane, Scene, Shape, Shell, Solid, Spring, Substance, Surface, Touch, Volume,
+    World,
 };
 pub use simulation::{
     Effects, Held, Interaction, MaterialNumber, Progress, Select, Simulation, Witness,

@@ -2,6 +2,21 @@
 
 use crate::scene::surface::Surface;
 
+/// Colours of bodies, sRGB: apart in hue, and in lightness from neighbour to neighbour.
+pub const PALETTE: [[f32; 3]; 8] = [
+    [0.14, 0.55, 0.71],
+    [0.89, 0.37, 0.25],
+    [0.95, 0.72, 0.24],
+    [0.33, 0.42, 0.73],
+    [0.45, 0.69, 0.36],
+    [0.80, 0.66, 0.46],
+    [0.84, 0.42, 0.57],
+    [0.53, 0.39, 0.65],
+];
+/// Where the palette begins for sheets, and for ropes and other bodies without a surface.
+const FIRST_SHEET: usize = 1;
+const FIRST_ROPE: usize = 5;
+
 /// What is repeated along the surface of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -74,6 +89,17 @@ impl Default for Look {
 }
 
 impl Look {
+    /// The colour of a body of this look, sRGB from 0 to 1: its own, or one of eight by the kind of
+    /// its surface and by its place among the bodies.
+    pub fn colour_at(&self, number: usize, surface: &Surface) -> [f32; 3] {
+        let first = match surface {
+            surface if surface.triangles.is_empty() => FIRST_ROPE,
+            surface if surface.two_sided => FIRST_SHEET,
+            _ => 0,
+        };
+        self.colour.unwrap_or(PALETTE[(first + number) % PALETTE.len()])
+    }
+
     /// The look of a body with this surface of which no more is known: a sheet is woven.
     pub fn of(surface: &Surface) -> Self {
         match surface.two_sided {

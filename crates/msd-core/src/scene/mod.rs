@@ -20,7 +20,7 @@ pub use air::{Air, Gust};
 pub use check::{MAX_PARTICLES, MAX_SPRINGS};
 pub use distances::{DistanceGrid, MOST_POINTS};
 pub use lattice::{Lattice, Neighbours};
-pub use look::{Look, Pattern};
+pub use look::{Look, PALETTE, Pattern};
 pub use part::{Material, Part};
 pub use shell::{Shell, do_meet};
 pub use solid::{KeyFrame, Shape, Solid};

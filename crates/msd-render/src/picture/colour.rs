@@ -2,21 +2,7 @@
 
 use crate::viewing::quantity::Scale;
 use msd_core::Body;
-
-/// Colours of bodies, sRGB: apart in hue, and in lightness from neighbour to neighbour.
-pub const PALETTE: [[f32; 3]; 8] = [
-    [0.14, 0.55, 0.71],
-    [0.89, 0.37, 0.25],
-    [0.95, 0.72, 0.24],
-    [0.33, 0.42, 0.73],
-    [0.45, 0.69, 0.36],
-    [0.80, 0.66, 0.46],
-    [0.84, 0.42, 0.57],
-    [0.53, 0.39, 0.65],
-];
-/// Where the palette begins for sheets, and for ropes and other bodies without a surface.
-const FIRST_SHEET: usize = 1;
-const FIRST_ROPE: usize = 5;
+pub use msd_core::PALETTE;
 
 /// Blue, at the full scale of compression and beyond; grey, at rest; red, at that of stretch. Blue
 /// and red differ for colour-blind eyes too, and what is not at rest is darker.
@@ -76,12 +62,7 @@ fn between([first, middle, last]: [[f32; 3]; 3], share: f32) -> [f32; 3] {
 /// Returns the colour of a body by its look, or by its kind and its place among the bodies, sRGB
 /// from 0 to 1; eight colours recur.
 pub fn body_colour(index: usize, body: &Body) -> [f32; 3] {
-    let first = match &body.surface {
-        surface if surface.triangles.is_empty() => FIRST_ROPE,
-        surface if surface.two_sided => FIRST_SHEET,
-        _ => 0,
-    };
-    body.look.colour.unwrap_or(PALETTE[(first + index) % PALETTE.len()])
+    body.look.colour_at(index, &body.surface)
 }
 
 /// Returns the colour of the other side of a body that is a sheet, sRGB from 0 to 1: that of its

@@ -5,17 +5,6 @@ use msd_core::{Body, Look, Pattern, Real, Shape, Snapshot, Surface, Touch, Vecto
 use serde_json::{Value, json};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Colours of bodies without one of their own, sRGB, as pictures of msd have them.
-pub const PALETTE: [[f32; 3]; 8] = [
-    [0.14, 0.55, 0.71],
-    [0.89, 0.37, 0.25],
-    [0.95, 0.72, 0.24],
-    [0.33, 0.42, 0.73],
-    [0.45, 0.69, 0.36],
-    [0.80, 0.66, 0.46],
-    [0.84, 0.42, 0.57],
-    [0.53, 0.39, 0.65],
-];
 /// Colour of a solid, sRGB, and its roughness.
 const STONE: ([f32; 3], f32) = ([0.68, 0.675, 0.66], 0.85);
 /// How much darker the second colour of a pattern is.
@@ -46,12 +35,7 @@ fn material(name: &str, colour: [f32; 3], look: &Look, is_two_sided: bool) -> Va
 
 /// The colour of a body, sRGB: its own, or one by its kind and its place among the bodies.
 pub fn colour(number: usize, body: &Body) -> [f32; 3] {
-    let first = match &body.surface {
-        surface if surface.triangles.is_empty() => 5,
-        surface if surface.two_sided => 1,
-        _ => 0,
-    };
-    body.look.colour.unwrap_or(PALETTE[(first + number) % PALETTE.len()])
+    body.look.colour_at(number, &body.surface)
 }
 
 /// The material of a body. One with another colour on its back is for its front alone.

@@ -14,9 +14,9 @@ mod parquet_file;
 
 use crate::runner::Runner;
 use glb_file::{Glb, MOST_MOMENTS};
-pub use glb_look::PALETTE;
 use mesh_cache::{Cache, MeshCache};
 use mesh_files::{write_obj, write_ply};
+pub use msd_core::PALETTE;
 use msd_scene::{FileError, Output, Spool, shown_path, write_state};
 use npz_file::Npz;
 use skin::Skin;
