@@ -67,7 +67,7 @@ fn a_bad_edit_keeps_the_run_and_shows_every_refusal() {
     std::fs::write(&file, rope("3")).expect("a file");
     viewer.follow_files(1.0);
     assert_eq!(masses(&viewer), 12.0);
-    // A file that is gone, as while an editor writes it, is no edit.
+    // A file that is gone, as while an editor writes it, is not an edit.
     std::fs::remove_file(&file).expect("a file");
     viewer.follow_files(1.0);
     assert!(!viewer.is_edited());

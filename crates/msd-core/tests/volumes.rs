@@ -155,7 +155,7 @@ fn a_strained_cell_pulls_by_its_law_over_the_area_of_its_faces() {
 
 #[test]
 fn no_shape_of_a_cell_stores_less_than_it_does_at_rest() {
-    // From any shape downhill, by drag: what is lowest is at rest, and 0. At Poisson's ratio 0 the
+    // From any shape downhill, by drag: the lowest is at rest, and 0. At Poisson's ratio 0 the
     // volume takes most away. Rounding is that of the energy at the start, some E a³.
     let mut random = Random(17);
     let scale = YOUNG * SPACING.powi(3);

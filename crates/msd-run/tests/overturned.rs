@@ -14,7 +14,7 @@ fn block(poisson: f64) -> Runner {
     Runner::new(&scene, Settings::default(), Precision::F64).expect("a valid scene")
 }
 
-/// What is found once the particles are moved by a function.
+/// The corners found once a function has moved the particles.
 fn found(runner: &mut Runner, move_to: impl Fn(DVec3) -> DVec3) -> Option<Overturned> {
     let cells = Cells::new(runner);
     let Runner::F64(simulation, _) = runner else { panic!("double precision") };

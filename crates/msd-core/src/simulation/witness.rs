@@ -16,8 +16,8 @@
 //! fast ones does raise the measured value: by h² w² / 8 on average, 6 % where a mode at a third of
 //! its stable step takes all.
 //!
-//! What is supplied is booked by the quadrature of the method, so a tenth of what was since the
-//! reference is allowed as well, and a hundredth of all.
+//! The method books supplied energy by its own quadrature, so a tenth of that since the reference
+//! is allowed as well, and a hundredth of all.
 //! The reference follows the energy down, never up, so a gain after long damping shows as well. The
 //! net energy that obstacles have added by their own account, see [`Simulation::contacts`], is
 //! checked separately, since dampers may dissipate it at once: it adds up from the start, and is

@@ -7,7 +7,7 @@ use msd_core::{Shape, Solid};
 
 /// How many particles are asked whether they are seen.
 const SAMPLES: usize = 64;
-/// The part of them that is hidden where all bodies are: a corner that shows is no view of them.
+/// The part of them that is hidden where all bodies are: a corner that shows is not a view of them.
 const HIDDEN: f32 = 0.9;
 /// The most steps along a ray to a particle.
 const STEPS: usize = 64;

@@ -19,7 +19,7 @@ pub fn decode<T: DeserializeOwned>(source: &Source<'_>) -> Result<T, FileError> 
     T::deserialize(&source.root).map_err(|error| error.explain(source))
 }
 
-/// What is wrong first with the rows of a source, mended in its tree so that the next can be found.
+/// The first mistake in the rows of a source, mended in its tree so that the next can be found.
 pub(crate) fn mend<T: DeserializeOwned>(source: &mut Source<'_>) -> Option<FileError> {
     let failure = T::deserialize(&source.root).err()?;
     let mut node = &mut source.root;
