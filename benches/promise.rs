@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for (row, builtin) in builtins.enumerate() {
         let loaded = msd::scene::open(builtin.name)?;
         // Of scenes in which things touch, whose references take long, `drape` is enough.
-        if !loaded.scene.touches.is_empty() && builtin.name != "drape" {
+        if !loaded.scene.shells.is_empty() && builtin.name != "drape" {
             continue;
         }
         let case = keep(&loaded.scene, 0.5, ASKED[row % ASKED.len()])?;

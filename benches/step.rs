@@ -24,7 +24,7 @@ use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group};
 use msd::core::glam::{DMat3, DVec3};
 use msd::core::{
     Bending, Elasticity, Friction, Instructions, Integrator, Material, Neighbours, Plane, Real,
-    Scene, Settings, Shape, Simulation, Solid, Substance, Touch, Vector, World, shape,
+    Scene, Settings, Shape, Shell, Simulation, Solid, Substance, Vector, World, shape,
 };
 use msd::scene::{Precision, workloads};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -203,20 +203,10 @@ fn bench_substances(criterion: &mut Criterion) {
     }
 }
 
-/// A row of all particles of a scene, which touch each other without loss.
-fn touch_of_all(scene: &Scene) -> Touch {
-    Touch {
-        particles: (0..scene.particles.len()).collect(),
-        radius: 0.01,
-        stiffness: 60.0,
-        damping: 0.0,
-        friction: 0.0,
-        triangles: Vec::new(),
-        itself: true,
-        obstacles: false,
-        ignored: Vec::new(),
-        between: Vec::new(),
-    }
+/// The surface of each body of a scene as a shell that meets itself and the others.
+fn shells(scene: &Scene, thickness: f64, friction: f64) -> Vec<Shell> {
+    let shell = |body| Shell { friction, itself: true, ..Shell::of(body, thickness) };
+    scene.bodies.iter().map(shell).collect()
 }
 
 /// Makes the cloth, about to fall on a ball and the floor, or at rest far from anything.
@@ -235,8 +225,7 @@ fn touching_cloth(falls: bool, touches: bool) -> Scene {
         scene.world = World { gravity: DVec3::ZERO, ..scene.world };
     }
     if touches {
-        let row = Touch { radius: 0.009, damping: 0.01, friction: 0.5, ..touch_of_all(&scene) };
-        scene.add_touch(row).expect("few pairs");
+        scene.shells = shells(&scene, 0.002, 0.5);
     }
     scene
 }
@@ -256,13 +245,12 @@ fn draped_cloths() -> Scene {
     let friction = Friction::Coulomb(0.3);
     scene.planes.push(Plane { normal: DVec3::Y, offset: -0.6, restitution: 0.0, friction });
     scene.solids.push(Solid { friction, ..Solid::new(Shape::Sphere { radius: 0.3 }) });
-    let row = Touch { radius: 0.03, damping: 0.02, friction: 0.3, ..touch_of_all(&scene) };
-    scene.add_touch(row).expect("few pairs");
+    scene.shells = shells(&scene, 0.008, 0.3);
     scene
 }
 
-/// A cloth of 100 x 100 particles without and with a radius: flat, and as it lies crumpled over a
-/// ball. The radius should cost at most 15 % of the flat one. And three small cloths on a ball,
+/// A cloth of 100 x 100 particles without and with a thickness: flat, and as it lies crumpled over
+/// a ball. The thickness should cost at most 5 % of the flat one. And three small cloths on a ball,
 /// whose frame of 1/60 s should take at most a fiftieth of that.
 fn bench_touches(criterion: &mut Criterion) {
     let settings = Settings { substeps: 12, ..settings(Integrator::SymplecticEuler) };

@@ -233,7 +233,7 @@ fn calibrations() -> Result<String> {
     for builtin in &BUILTINS {
         let loaded = msd::scene::open(builtin.name)?;
         // Of scenes in which things touch, whose references take long, `drape` is enough.
-        if !loaded.scene.touches.is_empty() && builtin.name != "drape" {
+        if !loaded.scene.shells.is_empty() && builtin.name != "drape" {
             continue;
         }
         for c in calibrate(&loaded, &[0.0, 1.0, 2.0], 30)? {

@@ -48,7 +48,7 @@ pub fn windows(generated: u64, only: &str, tell: &mut dyn FnMut(&Window)) -> Vec
     let mut found = Vec::new();
     let builtin = BUILTINS.iter().filter_map(|builtin| msd_scene::open(builtin.name).ok());
     let others = (0..generated).filter_map(|seed| scene(seed).ok());
-    let is_brief = |loaded: &Loaded| loaded.scene.touches.is_empty() || loaded.name == "drape";
+    let is_brief = |loaded: &Loaded| loaded.scene.shells.is_empty() || loaded.name == "drape";
     let wanted = |loaded: &Loaded| loaded.name.contains(only) && is_brief(loaded);
     for loaded in builtin.chain(others).filter(wanted) {
         for start in STARTS {

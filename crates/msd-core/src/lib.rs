@@ -179,7 +179,6 @@ mod number;
 mod pack;
 mod error;
 mod columns;
-mod grid;
 mod triangle;
 pub mod scene;
 pub mod elements;
@@ -207,8 +206,7 @@ pub use scene::substance;
 pub use scene::{
     Air, Bend, Bending, Between, Body, Corner, DistanceGrid, Elasticity, Friction, Gust, KeyFrame,
     Lattice, Look, MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours, PALETTE, Part, Particle,
-    Pattern, Pin, Plane, Scene, Shape, Shell, Solid, Spring, Substance, Surface, Touch, Volume,
-    World,
+    Pattern, Pin, Plane, Scene, Shape, Shell, Solid, Spring, Substance, Surface, Volume, World,
 };
 pub use simulation::{
     Effects, Held, Interaction, MaterialNumber, Progress, Select, Simulation, Witness,

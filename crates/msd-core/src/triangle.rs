@@ -1,7 +1,6 @@
-//! The point of a triangle that is nearest to another point, and the box around a triangle.
+//! The point of a triangle that is nearest to another point.
 
 use crate::number::{Real, Vector};
-use glam::DVec3;
 
 /// The point of a triangle that is nearest to the origin.
 #[derive(Clone, Copy, Debug)]
@@ -9,7 +8,6 @@ pub(crate) struct Nearest<R: Real> {
     /// The weights of the corners, whose sum is one; a corner or an edge that is not nearest has
     /// zeros.
     pub(crate) weights: [R; 3],
-    pub(crate) point: R::Vec3,
     /// The square of its distance.
     pub(crate) square: R,
 }
@@ -18,7 +16,7 @@ impl<R: Real> Nearest<R> {
     fn of(corners: [R::Vec3; 3], weights: [R; 3]) -> Self {
         let [a, b, c] = [corners[0] * weights[0], corners[1] * weights[1], corners[2] * weights[2]];
         let point = a + b + c;
-        Nearest { weights, point, square: point.dot(point) }
+        Nearest { weights, square: point.dot(point) }
     }
 }
 
@@ -50,12 +48,6 @@ pub(crate) fn nearest<R: Real>(corners: [R::Vec3; 3]) -> Nearest<R> {
         }
     }
     found
-}
-
-/// The lowest and the highest corner of the box around a triangle and a margin, metres.
-pub(crate) fn around([a, b, c]: [DVec3; 3], margin: f64) -> [DVec3; 2] {
-    let margin = DVec3::splat(margin);
-    [a.min(b).min(c) - margin, a.max(b).max(c) + margin]
 }
 
 /// The weights of a corner.

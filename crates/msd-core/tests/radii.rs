@@ -1,5 +1,5 @@
-//! Radii against obstacles: a particle of radius r meets a surface as a point meets one that is r
-//! further out.
+//! Thickness against obstacles: a particle of thickness r meets a surface as a point meets one that
+//! is r further out.
 
 mod common;
 
@@ -7,31 +7,21 @@ use common::distance;
 use msd_core::glam::DVec3;
 use msd_core::scene::solid::rotation;
 use msd_core::{
-    Friction, Integrator, Material, Particle, Plane, Real, Scene, Settings, Shape, Simulation,
-    Solid, State, Touch, Vector, shape,
+    Friction, Integrator, Material, Particle, Plane, Real, Scene, Settings, Shape, Shell,
+    Simulation, Solid, State, Vector, shape,
 };
 
 const G: f64 = 9.82;
 const RADIUS: f64 = 0.05;
 
-fn touch(particles: Vec<usize>) -> Touch {
-    Touch {
-        particles,
-        radius: RADIUS,
-        stiffness: 1.0,
-        damping: 0.0,
-        friction: 0.0,
-        triangles: Vec::new(),
-        itself: false,
-        obstacles: true,
-        ignored: vec![],
-        between: Vec::new(),
-    }
+/// Points of a radius that meet obstacles alone.
+fn points(points: Vec<usize>) -> Shell {
+    Shell { points, thickness: RADIUS, obstacles: true, ..Shell::default() }
 }
 
 /// The scene with all particles of a radius.
 fn round(scene: Scene) -> Scene {
-    Scene { touches: vec![touch((0..scene.particles.len()).collect())], ..scene }
+    Scene { shells: vec![points((0..scene.particles.len()).collect())], ..scene }
 }
 
 fn particle(position: DVec3, velocity: DVec3) -> Scene {
@@ -60,7 +50,7 @@ fn rests<R: Real>(integrator: Integrator) {
     let normal = DVec3::new(0.3, 1.0, -0.2).normalize();
     let mut drop = particle(DVec3::new(0.0, 0.3, 0.0), DVec3::ZERO);
     drop.particles.push(Particle { position: DVec3::new(2.0, 0.3, 0.0), ..drop.particles[0] });
-    drop.touches = vec![touch(vec![0])];
+    drop.shells = vec![points(vec![0])];
     drop.planes = vec![rough_plane(normal, -0.4)];
     let state = after::<R>(&drop, integrator, 120);
     // The rounding of a plane's gap: the terms are less than a metre.
@@ -175,7 +165,7 @@ fn a_particle_rolls_off_a_ball_at_two_thirds_of_the_sum_of_the_radii() {
     }
 }
 
-/// Where what touches is set while a simulation runs, radii are those that were set; it is the same
+/// Where shells are set while a simulation runs, radii are those that were set; it is the same
 /// in the other precision.
 #[test]
 fn radii_are_those_that_are_set() {
@@ -184,8 +174,8 @@ fn radii_are_those_that_are_set() {
     rope.particles.iter_mut().for_each(|particle| particle.position.y = 0.5);
     let scene = Scene { planes: vec![rough_plane(DVec3::Y, 0.0)], ..Scene::of("rope", rope) };
     let mut run = simulation::<f64>(&scene, Integrator::default(), 16);
-    let odd = || touch((0..20).filter(|particle| particle % 2 == 1).collect());
-    run.set_touches(&[odd()], &[]).expect("valid rows");
+    let odd = || points((0..20).filter(|particle| particle % 2 == 1).collect());
+    run.set_shells(&[odd()]).expect("valid rows");
     let rest = |run: &mut Simulation<f64>| {
         (0..90).for_each(|_| run.step().expect("a calm run"));
         (0..20).map(|particle| run.position(particle).y).collect::<Vec<_>>()
@@ -194,11 +184,10 @@ fn radii_are_those_that_are_set() {
         let radius = if particle % 2 == 1 { RADIUS } else { 0.0 };
         assert!((y - radius).abs() < 1e-12, "{particle}: {y}");
     }
-    let converted =
-        Simulation::<f32>::new(&Scene { touches: vec![odd()], ..scene }, run.settings());
+    let converted = Simulation::<f32>::new(&Scene { shells: vec![odd()], ..scene }, run.settings());
     let mut single = converted.expect("a valid scene");
     (0..90).for_each(|_| single.step().expect("a calm run"));
     assert!((single.position(1).y - RADIUS as f32).abs() < 1e-6 && single.position(0).y == 0.0);
-    run.set_touches(&[], &[]).expect("none");
+    run.set_shells(&[]).expect("none");
     assert!(rest(&mut run).into_iter().all(|y| y.abs() < 1e-12));
 }

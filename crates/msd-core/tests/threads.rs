@@ -3,8 +3,8 @@
 
 use msd_core::glam::DVec3;
 use msd_core::{
-    Bend, Friction, Integrator, Material, Particle, Pin, Plane, Scene, Settings, Simulation,
-    Spring, Touch, shape, state_hash,
+    Bend, Friction, Integrator, Material, Particle, Pin, Plane, Scene, Settings, Shell, Simulation,
+    Spring, shape, state_hash,
 };
 use rayon::ThreadPoolBuilder;
 
@@ -80,9 +80,6 @@ fn what_falls_on_triangles_has_the_same_bits_on_any_number_of_threads() {
     let cloth = shape::cloth([250, 211], 1.0, material).expect("a cloth");
     let mut scene = Scene::of("cloth", cloth);
     let cloth = scene.bodies[0].particles.end;
-    let corner = |at: u32| scene.bodies[0].surface.corners[at as usize].particle as usize;
-    let surface = scene.bodies[0].surface.triangles.iter();
-    let triangles = surface.map(|triangle| triangle.map(corner)).collect();
     let middle = scene.particles[125 + 105 * 250].position;
     for at in 0..40 {
         let beside = DVec3::new(f64::from(at) * 0.31, f64::from(at % 7) * 0.17, 0.12);
@@ -90,20 +87,12 @@ fn what_falls_on_triangles_has_the_same_bits_on_any_number_of_threads() {
         // Lighter than all they fall on, so that they bounce.
         scene.particles.push(Particle { position, velocity, mass: 0.02 });
     }
-    let touch = |particles, triangles| Touch {
-        particles,
-        radius: 0.05,
-        stiffness: 1e4,
-        damping: 1.0,
-        friction: 0.5,
-        triangles,
-        itself: false,
-        obstacles: false,
-        ignored: Vec::new(),
-        between: Vec::new(),
-    };
-    let beads = touch((cloth..cloth + 40).collect(), Vec::new());
-    scene.touches = vec![touch((0..cloth).collect(), triangles), beads];
+    let beads = (cloth..cloth + 40).collect();
+    let restitution = 0.5;
+    scene.shells = vec![
+        Shell { friction: 0.5, ..Shell::of(&scene.bodies[0], 0.05) },
+        Shell { points: beads, thickness: 0.05, friction: 0.5, restitution, ..Shell::default() },
+    ];
     let run = |threads| {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| {
@@ -127,19 +116,11 @@ fn a_step_in_which_something_would_pass_is_refused_on_any_number_of_threads() {
     // Through the cloth within the first step.
     let (position, velocity) = (middle + 10.2 * DVec3::Y, -1000.0 * DVec3::Y);
     scene.particles.push(Particle { position, velocity, mass: 0.1 });
-    let touch = Touch {
-        particles: (0..scene.particles.len()).collect(),
-        radius: 0.45,
-        stiffness: 1e6,
-        damping: 0.0,
-        friction: 0.5,
-        triangles: Vec::new(),
-        itself: true,
-        obstacles: false,
-        ignored: Vec::new(),
-        between: Vec::new(),
-    };
-    scene.add_touch(touch).expect("far apart");
+    let ball = vec![scene.particles.len() - 1];
+    scene.shells = vec![
+        Shell::of(&scene.bodies[0], 0.1),
+        Shell { points: ball, thickness: 0.1, ..Shell::default() },
+    ];
     let run = |threads| {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| {

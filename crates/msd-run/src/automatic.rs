@@ -1,19 +1,17 @@
 //! Automatic substeps: as many as the predicted limit of stability asks for, and no clock involved.
 //!
 //! They are chosen where a run is opened and where its springs, masses or settings change, and
-//! renewed after every so many steps, or where so much more touches that the limit may have fallen
-//! below them: a function of state, settings, the number of steps and what touched at the last
-//! choice, so that a run that was saved or replayed has the same bits. A lazy run chooses them no
-//! earlier than at its next step, and piece by piece before that.
+//! renewed after every so many steps: a function of state, settings and the number of steps, so that
+//! a run that was saved or replayed has the same bits. A lazy run chooses them no earlier than at
+//! its next step, and piece by piece before that.
 //!
-//! A step in which particles that touch may pass through each other, or in a substep of which one
-//! goes a tenth of a radian round a solid that it meets, or such a solid moves by more than half of
+//! A step in which shells may cross, or in a substep of which a particle goes a tenth of a radian round a solid that it meets, or such a solid moves by more than half of
 //! its thickness, is taken again with twice as many, and these stay until the next renewal. So is
 //! one in which energy appears that nothing supplied: a body that is pressed flat is stiffer than
 //! at the last prediction.
 
 use Automatic::{Begun, Chosen, Due, Wanted};
-use msd_core::stability::{Estimator, Mode};
+use msd_core::stability::Estimator;
 use msd_core::{Error, Integrator, Interaction, Model, Real, Settings, Simulation};
 
 /// Part of the longest stable substep that is taken: springs that turn and stretch move the limit,
@@ -22,9 +20,6 @@ const AIM: f64 = 0.9;
 /// The same where dampers set the limit, which falls further as they come to lie along one line:
 /// by 23 % in `foam`, within a sixth of a second.
 const AIM_OF_DAMPERS: f64 = 0.7;
-/// By how much touches may grow between two renewals, as a [`Mode::share`] of the limit: by what a
-/// choice leaves of it.
-const LEFT: f64 = 1.0 - AIM * AIM;
 /// A body is loose where what is stable in any shape is at least this part of what is stable now:
 /// a rope or a cloth; of a block it is less.
 const LOOSE: f64 = 0.6;
@@ -55,8 +50,6 @@ pub struct Substeps {
 pub(crate) struct Choice {
     /// Steps from one renewal to the next.
     every: u64,
-    /// What touched then.
-    touched: Mode,
 }
 
 /// Why substeps are chosen before the next step.
@@ -64,8 +57,6 @@ pub(crate) struct Choice {
 pub(crate) enum Cause {
     /// The run was opened or changed: they are chosen from anew.
     Change,
-    /// What touches since may have used up what the last choice left of the limit: a renewal.
-    Touches,
     /// So many steps were taken: a renewal.
     Time,
 }
@@ -86,48 +77,25 @@ pub(crate) enum Automatic {
 }
 
 impl Automatic {
-    /// Goes on with a run that was saved: its substeps are those that were chosen last, where this
-    /// touched.
-    pub(crate) fn resumed<R: Real>(
-        simulation: &mut Simulation<R>,
-        queue: &[Interaction],
-        touched: Mode,
-    ) -> Self {
-        let last = Choice { every: steps_between(simulation, SHARE), touched };
+    /// Goes on with a run that was saved: its substeps are those that were chosen last.
+    pub(crate) fn resumed<R: Real>(simulation: &Simulation<R>, queue: &[Interaction]) -> Self {
+        let last = Choice { every: steps_between(simulation, SHARE) };
         if queue.iter().any(|interaction| moves_limit(simulation.model(), interaction)) {
             return Due { last, was_open: false };
         }
-        Chosen { last, at: None }.looked(simulation, touched)
+        Chosen { last, at: None }
     }
 
     /// Those of a run that are to be chosen before its next step.
     pub(crate) fn open<R: Real>(simulation: &Simulation<R>) -> Self {
-        let last = Choice { every: steps_between(simulation, SHARE), touched: Mode::default() };
+        let last = Choice { every: steps_between(simulation, SHARE) };
         Wanted { last, cause: Cause::Change }
-    }
-
-    /// Looks at what touches, by what touched at the last choice.
-    pub(crate) fn looked<R: Real>(self, simulation: &mut Simulation<R>, touched: Mode) -> Self {
-        let last = Choice { touched, ..self.last() };
-        match self {
-            Wanted { cause: Cause::Change, .. } => Wanted { last, cause: Cause::Change },
-            Begun { cause: Cause::Change, .. } => Begun { last, cause: Cause::Change },
-            Due { was_open, .. } => Due { last, was_open },
-            _ if has_grown(simulation, touched) => Wanted { last, cause: Cause::Touches },
-            Chosen { at, .. } => Chosen { last, at },
-            Wanted { .. } | Begun { .. } => Chosen { last, at: None },
-        }
     }
 
     fn last(self) -> Choice {
         let (Chosen { last, .. } | Wanted { last, .. } | Begun { last, .. } | Due { last, .. }) =
             self;
         last
-    }
-
-    /// What touched at the last choice.
-    pub(crate) fn touched(self) -> Mode {
-        self.last().touched
     }
 
     /// Notes that something is queued for the next step.
@@ -190,8 +158,7 @@ impl Automatic {
             return Ok(Begun { last: self.last(), cause });
         };
         set(simulation, stable, if cause == Cause::Change { needed } else { needed_or_near })?;
-        let touched = simulation.touching_mode();
-        let last = Choice { every: steps_between(simulation, SHARE), touched };
+        let last = Choice { every: steps_between(simulation, SHARE) };
         Ok(Chosen { last, at: Some(simulation.steps()) })
     }
 }
@@ -213,17 +180,6 @@ fn is_damped_unevenly<R: Real>(model: &Model<R>) -> bool {
     let mut dampings = springs.map(|spring| model.damping(spring));
     let first = dampings.next();
     dampings.any(|damping| Some(damping) != first)
-}
-
-/// Whether what touches may have used up what the last choice left of the limit, for a method with
-/// one.
-fn has_grown<R: Real>(simulation: &mut Simulation<R>, before: Mode) -> bool {
-    let is_limited = Integrator::EXPLICIT.contains(&simulation.settings().integrator);
-    if !is_limited || simulation.model().touches().is_empty() {
-        return false;
-    }
-    let h = simulation.settings().substep();
-    LEFT + before.share(h) < simulation.touching_mode().share(h)
 }
 
 /// Whether an interaction may move the limit. A hand is kept weaker than any substep.
@@ -279,11 +235,11 @@ fn predict<R: Real>(simulation: &Simulation<R>, estimator: &mut Estimator) -> Op
     simulation.stable_substep_piecewise(integrator, substeps, estimator)
 }
 
-/// The substeps where the limit says nothing: as they are, but where particles touch each other or
+/// The substeps where the limit says nothing: as they are, but where particles meet shells or
 /// solids at most the default ones, as refused steps may have raised them.
 fn unlimited<R: Real>(simulation: &Simulation<R>) -> u32 {
     let (now, model) = (simulation.settings().substeps, simulation.model());
-    let is_refusable = !model.touches().is_empty() || !model.solids().is_empty();
+    let is_refusable = model.do_bodies_meet() || !model.solids().is_empty();
     if is_refusable { now.min(Settings::default().substeps) } else { now }
 }
 

@@ -31,8 +31,7 @@ pub fn crossings<R: Real>(simulation: &Simulation<R>) -> u64 {
     // All of a body touch alike.
     let may_meet = |[a, b]: [u32; 2]| {
         let pair = shells[a as usize].zip(shells[b as usize]);
-        model.touches().may_touch([a, b])
-            || pair.is_some_and(|(a, b)| do_meet(model.shells(), [a, b]))
+        pair.is_some_and(|(a, b)| do_meet(model.shells(), [a, b]))
     };
     let triangles = model.bodies().iter().flat_map(|body| of(&positions, body)).collect();
     let mut count = 0;

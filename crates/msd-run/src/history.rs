@@ -80,12 +80,11 @@ mod tests {
     use super::*;
     use msd_core::Ledger;
     use msd_core::glam::DVec3;
-    use msd_core::stability::Mode;
 
     fn moment(particles: usize, steps: u64) -> Moment {
         let column = vec![DVec3::ZERO; particles];
         let state = AnyState::F64(State { positions: column.clone(), velocities: column });
-        Moment { state, steps, ledger: Ledger::default(), substeps: 8, touched: Mode::default() }
+        Moment { state, steps, ledger: Ledger::default(), substeps: 8 }
     }
 
     #[test]

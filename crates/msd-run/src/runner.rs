@@ -5,10 +5,10 @@ use crate::crossings::crossings;
 use msd_core::elements::Element;
 use msd_core::methods::Solved;
 use msd_core::obstacles::Obstacle;
-use msd_core::stability::{Estimator, Mode};
+use msd_core::stability::Estimator;
 use msd_core::{
     Contacts, Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Scene, Settings,
-    Simulation, Touch, Witness,
+    Shell, Simulation, Witness,
 };
 use msd_scene::{AnyState, Loaded, Precision, Viewpoint};
 use serde::Serialize;
@@ -30,8 +30,6 @@ pub struct Moment {
     pub ledger: Ledger,
     /// Substeps per step, which a return restores where they are automatic.
     pub substeps: u32,
-    /// What touched where those were chosen, if they are automatic.
-    pub touched: Mode,
 }
 
 /// A simulation in either precision, whose substeps may be automatic.
@@ -115,7 +113,7 @@ impl Runner {
         let mut runner = Runner::resume(&loaded.scene, progress, precision)?;
         runner.substeps_mut().is_lazy = true;
         if automatic && loaded.automatic {
-            runner.resume_automatic(&progress.queue, progress.chosen_for);
+            runner.resume_automatic(&progress.queue);
         } else {
             runner.set_automatic(automatic)?;
         }
@@ -127,8 +125,7 @@ impl Runner {
 
     /// The run as it is now, to be saved, or to go on from here.
     pub fn to_loaded(&self, name: &str, title: &str) -> Loaded {
-        let (scene, mut progress) = self.progress();
-        progress.chosen_for = self.touched_at_choice();
+        let (scene, progress) = self.progress();
         Loaded {
             name: name.into(),
             title: title.into(),
@@ -197,9 +194,8 @@ impl Runner {
         Ok(runner)
     }
 
-    /// Advances by one step; automatic substeps are renewed before it where it is time to or what
-    /// touches asks for it, and doubled, up to 1000, while particles may pass through each other in
-    /// it.
+    /// Advances by one step; automatic substeps are renewed before it where it is time to, and
+    /// doubled, up to 1000, while shells may cross in it.
     ///
     /// # Errors
     /// See [`Simulation::step`].
@@ -214,18 +210,15 @@ impl Runner {
         on!(self, simulation => simulation.step())
     }
 
-    /// Takes a step with so many substeps that no particles may pass through each other in one, or
-    /// with the most.
+    /// Takes a step with so many substeps that no shells may cross in one, or with the most.
     fn step_without_passes(&mut self) -> Result<(), Error> {
         let settings = self.settings();
         if let Err(error) = self.divide() {
             on!(self, simulation => simulation.set_settings(settings))?;
             return Err(error);
         }
-        if self.settings() == settings {
-            self.look_at_touches(self.touched_at_choice());
-        } else {
-            self.resume_automatic(&[], self.touched_at_choice());
+        if self.settings() != settings {
+            self.resume_automatic(&[]);
         }
         Ok(())
     }
@@ -260,11 +253,6 @@ impl Runner {
     /// is stable, infinite if every step is.
     pub fn longest_automatic_substep(&self) -> f64 {
         on!(self, simulation => longest_automatic(simulation))
-    }
-
-    /// What touches at the present state: see [`Simulation::touching_mode`].
-    pub fn touching_mode(&mut self) -> Mode {
-        on!(self, simulation => simulation.touching_mode())
     }
 
     /// Whether substeps are chosen from the predicted limit of stability as the run goes on.
@@ -318,24 +306,10 @@ impl Runner {
         if self.substeps().is_lazy { Ok(()) } else { self.choose() }
     }
 
-    /// Goes on with automatic substeps where a saved run left them, chosen where this touched.
-    fn resume_automatic(&mut self, queue: &[Interaction], touched: Mode) {
-        let resumed = on!(&mut *self, simulation => Automatic::resumed(simulation, queue, touched));
+    /// Goes on with automatic substeps where a saved run left them.
+    fn resume_automatic(&mut self, queue: &[Interaction]) {
+        let resumed = on!(&mut *self, simulation => Automatic::resumed(simulation, queue));
         self.substeps_mut().automatic = Some(resumed);
-    }
-
-    /// Looks whether automatic substeps, chosen where this touched, are to be chosen anew for what
-    /// touches now.
-    fn look_at_touches(&mut self, touched: Mode) {
-        if let Some(automatic) = self.automatic() {
-            let looked = on!(&mut *self, simulation => automatic.looked(simulation, touched));
-            self.substeps_mut().automatic = Some(looked);
-        }
-    }
-
-    /// What touched where automatic substeps were chosen last.
-    fn touched_at_choice(&self) -> Mode {
-        self.automatic().map_or(Mode::default(), Automatic::touched)
     }
 
     /// Forgets what was predicted, as something was changed.
@@ -401,9 +375,9 @@ impl Runner {
     /// Replaces how particles touch; automatic substeps are chosen anew.
     ///
     /// # Errors
-    /// See [`Simulation::set_touches`].
-    pub fn set_touches(&mut self, rows: &[Touch], exempt: &[[usize; 2]]) -> Result<(), Error> {
-        on!(&mut *self, simulation => simulation.set_touches(rows, exempt))?;
+    /// See [`Simulation::set_shells`].
+    pub fn set_shells(&mut self, rows: &[Shell]) -> Result<(), Error> {
+        on!(&mut *self, simulation => simulation.set_shells(rows))?;
         if self.is_automatic() { self.set_automatic(true) } else { Ok(()) }
     }
 
@@ -461,8 +435,7 @@ impl Runner {
     pub fn moment(&self) -> Moment {
         let ledger = on!(self, simulation => simulation.ledger());
         let substeps = self.settings().substeps;
-        let touched = self.touched_at_choice();
-        Moment { state: self.state(), steps: self.steps(), ledger, substeps, touched }
+        Moment { state: self.state(), steps: self.steps(), ledger, substeps }
     }
 
     /// Returns to an earlier moment of this run.
@@ -476,9 +449,7 @@ impl Runner {
             // As they were then, so that the same steps follow; the next renewal is due by itself.
             let settings = Settings { substeps: moment.substeps, ..self.settings() };
             on!(&mut *self, simulation => simulation.set_settings(settings))?;
-            self.resume_automatic(&[], moment.touched);
-        } else {
-            self.look_at_touches(moment.touched);
+            self.resume_automatic(&[]);
         }
         Ok(())
     }
@@ -498,7 +469,7 @@ impl Runner {
         })
     }
 
-    /// Pairs of particles that may have passed through each other since the start.
+    /// Substeps since the start in which shells may have crossed.
     pub fn passes(&self) -> u64 {
         on!(self, simulation => simulation.ledger().passes())
     }

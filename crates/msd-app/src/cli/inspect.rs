@@ -119,18 +119,16 @@ fn pulled_line([least, most]: [f64; 2], asked: Option<f64>) -> String {
     )
 }
 
-/// The line about how a body touches.
+/// The line about how a body meets others.
 fn touch_line(touch: &Touching) -> String {
-    let [radius, stiffness] = [touch.radius, touch.stiffness].map(number);
-    let [damping, friction] = [touch.damping, touch.friction].map(number);
-    let triangles = match touch.triangles {
-        0 => String::new(),
-        count => format!(", and by {count} triangles"),
+    let &Touching { thickness, friction, restitution, itself } = touch;
+    let [thickness, friction] = [thickness, friction].map(number);
+    let bounces = match restitution {
+        0.0 => String::new(),
+        restitution => format!(", restitution {}", number(restitution)),
     };
-    format!(
-        "  touches by particles of radius {radius} m, stiffness {stiffness} N/m, damping {damping} \
-         N s/m, friction {friction}{triangles}"
-    )
+    let whom = if itself { "itself and others" } else { "others" };
+    format!("  meets {whom} at a thickness of {thickness} m, friction {friction}{bounces}")
 }
 
 /// The lines about moduli in a unit, along so many directions.

@@ -70,16 +70,15 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
 /// What passed through what: particles that may have, surfaces and solids that do.
 fn passed(session: &Session) -> impl Iterator<Item = (String, &'static str)> {
     let passes = (0 < session.passes()).then(|| {
-        let text = format!("{} may have passed through", counted(session.passes(), "pair"));
-        let hover = "So many times since the start two particles moved by more than their radii in \
-                     a substep towards each other: shorten the step";
+        let text = format!("may have crossed in {}", counted(session.passes(), "substep"));
+        let hover = "In so many substeps since the start particles were too fast for all contacts \
+                     between bodies to be seen: shorten the step";
         (text, hover)
     });
     let crossings = session.crossings().filter(|&crossings| 0 < crossings).map(|crossings| {
         let text = format!("{} of triangles cross", counted(crossings, "pair"));
-        let hover = "Surfaces pass through each other, as counted within the last second: make \
-                     what touches stiffer, its radius larger, or the bodies resist more; a sheet \
-                     by `bending` in a scene file";
+        let hover = "Surfaces pass through each other, as counted within the last second: use \
+                     more substeps, a larger thickness or a finer spacing";
         (text, hover)
     });
     let pierced = session.pierced().map(|Pierced { solid, body, time }| {

@@ -3,9 +3,9 @@
 use super::material::is_look;
 use super::run::{Reading, Run, open};
 use super::solver::{MOST_SUBSTEPS, Solver, Tuning};
-use super::touches::{touch_as, touches_of};
+use super::touches::{meet_as, shells_of};
 use super::{Session, Wind};
-use msd_core::{Divergence, Error, Interaction, Scene, Vector};
+use msd_core::{Divergence, Error, Interaction, Vector};
 use msd_run::rescue::{LASTING, Offer, Origin, Remedy, Rescue};
 use msd_run::{History, Runner, on};
 use msd_scene::Loaded;
@@ -62,8 +62,7 @@ impl Origins<'_> {
     fn list(&self) -> Vec<Origin> {
         let is_as_written = Solver::of(self.runner) == Solver::written(self.loaded);
         let is_windy = self.wind.is_some_and(|wind| 0.0 < wind.strength);
-        let Scene { touches, exempt, .. } = &self.loaded.scene;
-        let is_touch_edited = touches_of(self.runner) != (&**touches, &**exempt);
+        let is_touch_edited = shells_of(self.runner) != self.loaded.scene.shells;
         let is_set_otherwise = !self.edits.iter().all(is_look);
         let is_edited = !is_as_written || is_set_otherwise || is_windy || is_touch_edited;
         let earlier = (!self.history.is_empty()).then_some(Origin::Earlier);
@@ -102,7 +101,7 @@ impl Origins<'_> {
                 });
                 self.edits.iter().copied().chain(wind).try_for_each(|edit| runner.queue(edit))?;
                 runner.apply_queued()?;
-                touch_as(&mut runner, touches_of(self.runner))?;
+                meet_as(&mut runner, shells_of(self.runner))?;
                 Ok(runner)
             }
             Origin::Scene => {

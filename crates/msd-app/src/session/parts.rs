@@ -50,7 +50,7 @@ fn is_on_in<R: Real>(part: Part, springs: &[Range<usize>], model: &Model<R>) -> 
         Part::Damping => (0..model.ends().len()).any(|row| model.damping(row) != R::ZERO),
         Part::Gravity => model.gravity().to_f64() != DVec3::ZERO,
         Part::Drag => model.drag() != R::ZERO,
-        // Planes can be taken away and put back, solids, touches and shells cannot.
+        // Planes can be taken away and put back, solids and shells cannot.
         Part::Contact => {
             !model.do_bodies_meet() && model.solids().is_empty() && !model.planes().is_empty()
         }

@@ -1,7 +1,7 @@
 //! The text of a scene with the values that the user has set; what else its author wrote stays.
 
-use crate::session::{Solver, touch_rows};
-use msd_core::{Body, Friction, Integrator, Look, Model, Real, Touch, Vector};
+use crate::session::Solver;
+use msd_core::{Body, Friction, Integrator, Look, Model, Real, Shell, Vector};
 use msd_run::{Runner, on};
 use msd_scene::Loaded;
 use msd_scene::materials::Made;
@@ -21,8 +21,8 @@ struct Values {
     bodies: Vec<[Option<f64>; 3]>,
     /// Stiffness and damping of the springs of no body.
     links: [Option<f64>; 2],
-    /// What touches, and the pairs that do not.
-    touches: (Vec<Touch>, Vec<[usize; 2]>),
+    /// How bodies meet.
+    shells: Vec<Shell>,
     looks: Vec<Look>,
 }
 
@@ -61,15 +61,15 @@ impl Values {
             planes: planes.map(|plane| (plane.restitution(), plane.friction())).collect(),
             bodies: model.bodies().iter().map(body).collect(),
             links: springs(own..model.spring_count()),
-            touches: (model.touches().rows().0.to_vec(), model.touches().rows().1.to_vec()),
+            shells: model.shells().to_vec(),
             looks: model.bodies().iter().map(|body| body.look).collect(),
         }
     }
 
-    /// How a body touches.
-    fn touch(&self, body: usize, bodies: &[Body]) -> Option<&Touch> {
-        let row = touch_rows(&self.touches.0, bodies)?.get(body).copied()??;
-        self.touches.0.get(row)
+    /// How a body meets others.
+    fn shell(&self, body: &Body) -> Option<&Shell> {
+        let is_of = |at: usize| body.particles.contains(&at);
+        self.shells.iter().find(|shell| shell.particles().next().is_some_and(is_of))
     }
 }
 
@@ -113,7 +113,7 @@ pub(super) fn with_values(
         }
     }
     let mut bodies = rows(file.get_mut("bodies"));
-    write_touches(&mut bodies, [&was, &now], (loaded, made))?;
+    write_touches(&mut bodies, [&was, &now], loaded)?;
     for (row, (was, now)) in was.looks.iter().zip(&now.looks).enumerate() {
         if was != now {
             let body = bodies.get_mut(row).ok_or("its bodies are not written one by one")?;
@@ -177,26 +177,24 @@ fn write_material(body: &mut dyn TableLike, [was, now]: [Made; 2]) {
     }
 }
 
-/// Writes how bodies touch now, where that differs or would follow from springs that do.
+/// Writes how bodies meet now, where that differs.
 fn write_touches(
     bodies: &mut [&mut dyn TableLike],
     [was, now]: [&Values; 2],
-    (loaded, made): (&Loaded, &[Option<Made>]),
+    loaded: &Loaded,
 ) -> Result<(), String> {
-    for row in 0..loaded.scene.bodies.len() {
-        let touches = [was, now].map(|values| values.touch(row, &loaded.scene.bodies));
-        let has_other_springs =
-            was.bodies[row] != now.bodies[row] || loaded.made.get(row) != made.get(row);
-        if touches[0] != touches[1] || (touches[1].is_some() && has_other_springs) {
+    for (row, body) in loaded.scene.bodies.iter().enumerate() {
+        let shells = [was, now].map(|values| values.shell(body));
+        if shells[0] != shells[1] {
             let body = bodies.get_mut(row).ok_or("its bodies are not written one by one")?;
-            write_touch(&mut **body, touches[1])?;
+            write_touch(&mut **body, shells)?;
         }
     }
     Ok(())
 }
 
-/// Writes how a body touches now.
-fn write_touch(body: &mut dyn TableLike, now: Option<&Touch>) -> Result<(), String> {
+/// Writes how a body meets others now.
+fn write_touch(body: &mut dyn TableLike, [was, now]: [Option<&Shell>; 2]) -> Result<(), String> {
     let Some(now) = now else {
         body.remove("touch");
         return Ok(());
@@ -204,14 +202,18 @@ fn write_touch(body: &mut dyn TableLike, now: Option<&Touch>) -> Result<(), Stri
     let empty = || toml_edit::value(toml_edit::InlineTable::new());
     let touch = body.entry("touch").or_insert_with(empty);
     let touch = touch.as_table_like_mut().ok_or("its touch is no table")?;
-    for (key, value) in [
-        ("radius", now.radius),
-        ("stiffness", now.stiffness),
-        ("damping", now.damping),
-        ("friction", now.friction),
+    let number = |key, of: fn(&Shell) -> f64| (key, was.map(of), of(now));
+    for (key, was, now) in [
+        number("thickness", |shell| shell.thickness),
+        number("friction", |shell| shell.friction),
+        number("restitution", |shell| shell.restitution),
     ] {
-        put(touch, key, shortest(value).into());
+        if was != Some(now) {
+            put(touch, key, shortest(now).into());
+        }
     }
+    // The older key of the thickness.
+    touch.remove("radius");
     Ok(())
 }
 

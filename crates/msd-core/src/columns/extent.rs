@@ -29,10 +29,6 @@ impl Records {
         });
         Records(lanes.collect())
     }
-
-    pub(crate) fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
 }
 
 /// The box around some vectors.

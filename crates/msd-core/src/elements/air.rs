@@ -30,7 +30,8 @@
 //! lengths are from 0.5 to 2 times the length of a gust, periods from 0.5 to 2 times its time, in
 //! the frame of the mean wind (Taylor, 1938).
 
-use super::{Blocks, Element, Force, Joints, Motion, Products, Torn, Vectors};
+use super::{Blocks, Element, Force, Motion, Products, Torn, Vectors};
+use crate::columns::slots::Slots;
 use crate::number::{Real, Vector};
 use crate::scene::{Air, Body, Gust, Scene};
 use alloc::vec::Vec;
@@ -148,7 +149,7 @@ impl<R: Real> Force<R> for Option<AirLoads> {
         self.as_ref().map_or(0, |air| air.triangles.len())
     }
 
-    fn add(&mut self, scene: &Scene, _: Joints<'_>) {
+    fn add(&mut self, scene: &Scene, _: &Slots) {
         self.iter_mut().for_each(|air| scene.bodies.iter().for_each(|body| air.add(body)));
     }
 
@@ -162,7 +163,7 @@ impl<R: Real> Force<R> for Option<AirLoads> {
         });
     }
 
-    fn remove(&mut self, is_removed: &dyn Fn(u32) -> bool, _: Joints<'_>) {
+    fn remove(&mut self, is_removed: &dyn Fn(u32) -> bool) {
         self.iter_mut().for_each(|air| {
             air.triangles.retain(|triangle| !triangle.corners.into_iter().any(is_removed));
         });

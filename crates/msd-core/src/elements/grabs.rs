@@ -1,6 +1,6 @@
 //! Grabs and pushes: user input that acts on single particles.
 
-use super::{Derivatives, Element, Force, Joints, Motion, Products, Stage, Vectors};
+use super::{Derivatives, Element, Force, Motion, Products, Stage, Vectors};
 use crate::columns::LANES;
 use crate::number::{Real, Vector};
 use crate::pack::{Number, dot, zip};
@@ -149,7 +149,7 @@ impl<R: Real> Force<R> for Grabs<R> {
         }
     }
 
-    fn remove(&mut self, is_removed: &dyn Fn(u32) -> bool, _: Joints<'_>) {
+    fn remove(&mut self, is_removed: &dyn Fn(u32) -> bool) {
         self.0.retain(|grab| !is_removed(grab.particle));
     }
 }
@@ -167,7 +167,7 @@ impl<R: Real> Force<R> for Pushes<R> {
         false
     }
 
-    fn remove(&mut self, is_removed: &dyn Fn(u32) -> bool, _: Joints<'_>) {
+    fn remove(&mut self, is_removed: &dyn Fn(u32) -> bool) {
         self.0.retain(|push| !is_removed(push.0));
     }
 }

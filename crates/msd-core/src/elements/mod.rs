@@ -10,7 +10,6 @@
 
 pub mod fields;
 pub mod grabs;
-pub mod touches;
 pub mod springs;
 mod stencils;
 pub mod bends;
@@ -31,8 +30,6 @@ use glam::DVec3;
 use springs::law::Tangent;
 use springs::matrix::SpringMatrix;
 use springs::{SpringWork, Springs};
-use touches::near::Near;
-use touches::tangent::TouchTangents;
 
 /// A source of force on particles.
 ///
@@ -277,12 +274,12 @@ pub(crate) trait Force<R: Real>: Debug {
 
     /// The elastic energy, joules, and the sums of the magnitudes of pulls and of stiffnesses, by
     /// which rounding changes it.
-    fn energy_and_pulls(&self, _: &Moment<'_, R>, _: &Near<R>) -> [f64; 3] {
+    fn energy_and_pulls(&self, _: &Moment<'_, R>) -> [f64; 3] {
         [0.0; 3]
     }
 
     /// Takes the derivatives about a motion that the next two ask for many times.
-    fn differentiate(&self, _: &Moment<'_, R>, _: &mut Near<R>, _: &mut Derivatives) {}
+    fn differentiate(&self, _: &Moment<'_, R>, _: &mut Derivatives) {}
 
     /// Adds the products of its stiffness and damping with a displacement of each particle.
     fn add_products(
@@ -321,7 +318,7 @@ pub(crate) trait Force<R: Real>: Debug {
     fn each_pair(&self, _: &mut dyn FnMut([u32; 2])) {}
 
     /// Takes over its rows of a scene, beside those that it has, and puts all in order anew.
-    fn add(&mut self, _: &Scene, _: Joints<'_>) {}
+    fn add(&mut self, _: &Scene, _: &Slots) {}
 
     /// Adds its rows, as they are now, to a scene.
     fn write(&self, _: &mut Scene) {}
@@ -330,7 +327,7 @@ pub(crate) trait Force<R: Real>: Debug {
     fn tear(&mut self, _: &Torn) {}
 
     /// Removes the rows of particles that were removed.
-    fn remove(&mut self, _: &dyn Fn(u32) -> bool, _: Joints<'_>) {}
+    fn remove(&mut self, _: &dyn Fn(u32) -> bool) {}
 
     /// Changes stiffness and damping of the rows of some bodies.
     fn change(&mut self, _: &Rows, _: &dyn Fn(Resists, [R; 2]) -> [R; 2]) {}
@@ -353,8 +350,6 @@ pub(crate) enum Resists {
 pub(crate) struct Moment<'a, R> {
     pub(crate) level: Level,
     pub(crate) motion: Motion<'a, R>,
-    /// Reciprocal masses in the order of slots, three times each.
-    pub(crate) inverse_masses: &'a [R],
 }
 
 /// A stage of an implicit method: the motion about which its matrix is taken.
@@ -367,8 +362,6 @@ pub(crate) struct Stage<'a, R> {
 
 /// A substep of XPBD: what its projections move.
 pub(crate) struct Projection<'a, R: Real> {
-    pub(crate) level: Level,
-    pub(crate) slots: &'a Slots,
     /// Length, seconds.
     pub(crate) h: R,
     /// Reciprocal masses in the order of the scene, as all of the following.
@@ -383,36 +376,19 @@ pub(crate) struct Projection<'a, R: Real> {
     pub(crate) first: usize,
     /// Whether rows are projected backwards, the second time.
     pub(crate) is_back: bool,
-    /// A column of vectors to work with.
-    pub(crate) column: &'a mut [R],
-    pub(crate) near: &'a mut Near<R>,
-}
-
-/// The springs and the slots that rows refer to.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Joints<'a> {
-    /// The two particles of each spring.
-    pub(crate) ends: &'a [[u32; 2]],
-    pub(crate) slots: &'a Slots,
 }
 
 /// Scratch of an evaluation of all forces.
 #[derive(Clone, Debug)]
 pub(crate) struct ForceWork<R: Real> {
     pub(crate) springs: SpringWork<R>,
-    /// The pairs that may touch.
-    pub(crate) near: Near<R>,
     /// The power that user-defined elements dissipated at the last evaluation, watts.
     pub(crate) own_power: f64,
 }
 
 impl<R: Real> ForceWork<R> {
     pub(crate) fn new(springs: &Springs<R>, slots: &Slots) -> Self {
-        ForceWork {
-            springs: SpringWork::new(springs, slots),
-            near: Near::default(),
-            own_power: 0.0,
-        }
+        ForceWork { springs: SpringWork::new(springs, slots), own_power: 0.0 }
     }
 }
 
@@ -420,22 +396,17 @@ impl<R: Real> ForceWork<R> {
 #[derive(Clone, Debug)]
 pub(crate) struct MatrixWork<R: Real> {
     springs: SpringMatrix<R>,
-    touching: TouchTangents,
 }
 
 impl<R: Real> MatrixWork<R> {
     pub(crate) fn new(springs: &Springs<R>, slots: &Slots) -> Self {
-        MatrixWork {
-            springs: SpringMatrix::new(springs, slots),
-            touching: TouchTangents::default(),
-        }
+        MatrixWork { springs: SpringMatrix::new(springs, slots) }
     }
 }
 
 /// What a linearisation writes.
 pub(crate) struct MatrixSums<'a, R: Real> {
     pub(crate) work: &'a mut MatrixWork<R>,
-    pub(crate) near: &'a mut Near<R>,
     /// The blocks of particles: xx, xy and xz in one column, yy, yz and zz in another.
     pub(crate) blocks: [&'a mut [R]; 2],
 }
@@ -452,7 +423,6 @@ pub(crate) struct ColumnProducts<'a, R: Real> {
 pub(crate) struct Derivatives {
     /// Of the springs that are not cut.
     springs: Vec<Tangent<f64>>,
-    touching: TouchTangents,
 }
 
 /// The ends of springs that were cut, in order.

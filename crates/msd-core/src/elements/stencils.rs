@@ -5,10 +5,9 @@
 //! at once; then the others, one by one. One code computes one and sixteen, so that their bits are
 //! the same. A new kind is a law, in a file of its own.
 
-use super::touches::near::Near;
 use super::{
-    ColumnProducts, Derivatives, Element, Force, ForceWork, Joints, MatrixSums, Moment, Motion,
-    Products, Projection, Resists, Rows, Stage, Torn, Vectors,
+    ColumnProducts, Derivatives, Element, Force, ForceWork, MatrixSums, Moment, Motion, Products,
+    Projection, Resists, Rows, Stage, Torn, Vectors,
 };
 use crate::columns::slots::Slots;
 use crate::columns::{LANES, RECORD, add_vector, vector};
@@ -330,7 +329,7 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Force<R> for Stencils<R, L, N
         at_level!(moment.level, _simd => self.pull(to))
     }
 
-    fn energy_and_pulls(&self, moment: &Moment<'_, R>, _: &Near<R>) -> [f64; 3] {
+    fn energy_and_pulls(&self, moment: &Moment<'_, R>) -> [f64; 3] {
         self.stored(&moment.motion)
     }
 
@@ -382,7 +381,7 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Force<R> for Stencils<R, L, N
         }
     }
 
-    fn add(&mut self, rows: &Scene, Joints { slots, .. }: Joints<'_>) {
+    fn add(&mut self, rows: &Scene, slots: &Slots) {
         self.all.extend(L::rows(rows));
         self.all.iter_mut().for_each(|row| *row = row.placed(slots));
         self.numbers = slots.record_count() * RECORD;
@@ -398,7 +397,7 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Force<R> for Stencils<R, L, N
         self.retain(|row| !torn.crosses(&row.particles));
     }
 
-    fn remove(&mut self, is_removed: &dyn Fn(u32) -> bool, _: Joints<'_>) {
+    fn remove(&mut self, is_removed: &dyn Fn(u32) -> bool) {
         let is_gone = |row: &Stencil<L, N>, end: usize| {
             row.law.takes_part(end) && is_removed(row.particles[end])
         };

@@ -22,7 +22,7 @@ pub struct Ledger {
     /// The effect of obstacles.
     #[cfg_attr(feature = "serde", serde(default))]
     contacts: Contacts,
-    /// Pairs of particles that may have passed through each other.
+    /// Substeps in which shells may have crossed.
     #[cfg_attr(feature = "serde", serde(default))]
     passes: u64,
 }
@@ -49,8 +49,8 @@ impl Ledger {
         self.contacts
     }
 
-    /// How often two particles closed by more than the sum of their radii in a substep, on a line
-    /// on which they meet: they may have passed through each other.
+    /// Substeps in which particles were so fast that not all shells that may have met were seen:
+    /// some may have crossed.
     pub fn passes(&self) -> u64 {
         self.passes
     }

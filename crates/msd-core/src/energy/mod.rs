@@ -11,7 +11,6 @@ pub use moduli::Moduli;
 
 use crate::columns::{LANES, RECORD};
 use crate::elements::Element;
-use crate::elements::touches::near::Near;
 use crate::number::{Real, Vector};
 use crate::obstacles::Placed;
 use crate::system::{Columns, Model};
@@ -26,7 +25,7 @@ pub struct Energy {
     /// Of motion: Σ m v² / 2.
     pub kinetic: f64,
     /// In the springs, Σ k (length − rest)² / 2, in the bends, Σ k s² / 2, in the volumes,
-    /// Σ Λ V0 e² / 2, and in pairs that touch, Σ k δ² / 2.
+    /// Σ Λ V0 e² / 2.
     pub elastic: f64,
     /// In the uniform fields, gravity and the uniform force: −Σ (m g + f)·x; zero at the origin.
     pub gravitational: f64,
@@ -66,7 +65,7 @@ pub(crate) fn energy_and_rounding<R: Real>(
     model: &Model<R>,
     state: &Columns<R>,
     (time, substep): (f64, f64),
-    (level, near): (Level, &Near<R>),
+    level: Level,
 ) -> (Energy, f64) {
     let moment = model.moment(level, state.motion(&model.slots, time));
     let own = model.own.energy(&moment.motion);
@@ -75,7 +74,7 @@ pub(crate) fn energy_and_rounding<R: Real>(
     let mut energy = Energy { kinetic, gravitational, own, ..Energy::default() };
     let (mut pull, mut total_stiffness) = (0.0, 0.0);
     for kind in model.inner() {
-        let [stored, pulls, stiffness] = kind.energy_and_pulls(&moment, near);
+        let [stored, pulls, stiffness] = kind.energy_and_pulls(&moment);
         energy.elastic += stored;
         pull += pulls;
         total_stiffness += stiffness;

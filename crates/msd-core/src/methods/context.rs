@@ -71,7 +71,7 @@ pub(crate) struct Done {
     pub(crate) touched: bool,
     /// Energy that user-defined elements have driven into the system, joules.
     pub(crate) given: f64,
-    /// Pairs of particles that may have passed through each other in a substep.
+    /// Substeps in which shells may have crossed.
     pub(crate) passes: u64,
     /// Whether a solid turned or moved by too much in a substep in which it met a particle, or
     /// friction did not settle: a step of more substeps is needed.
@@ -308,7 +308,7 @@ impl<'a, R: Real> StepContext<'a, R> {
     /// Finds the rows of shells before a kick of `length` seconds by the forces of the last
     /// evaluation, and a drift of a substep at the velocities after it; whether there are some.
     pub(crate) fn find_rows(&mut self, length: R) -> bool {
-        if self.model.shells.is_empty() {
+        if !self.model.shells.do_meet() {
             return false;
         }
         let (h, at) = (self.substep(), self.rows_at());
@@ -358,35 +358,12 @@ impl<'a, R: Real> StepContext<'a, R> {
     }
 
     /// Corrects the outcome of a substep of these mean velocities, whose stages had the impulses of
-    /// shells as forces.
-    pub(crate) fn end_shells(&mut self) {
+    /// shells as forces; whether those are the velocities of the start.
+    pub(crate) fn end_shells(&mut self, is_late: bool) {
         let (h, at) = (self.substep(), self.rows_at());
         let Columns { positions, velocities } = &mut *self.state;
-        let contacts = self.rows.end(&at, [positions, velocities], h);
+        let contacts = self.rows.end(&at, [positions, velocities], (h, is_late));
         self.done.meet(contacts);
-    }
-
-    /// Takes note of a drift x' = x + h v of all particles by their present velocities, after the
-    /// last evaluation of forces: what touches is found with less work then.
-    ///
-    /// `is_last`: neither changes any more in the substep, but by obstacles.
-    pub(crate) fn drifted(&mut self, is_last: bool) {
-        if !self.model.touches.is_empty() {
-            let h = self.settings.substep();
-            self.scratch.work.near.drift(self.level, &self.state.velocities, h, is_last);
-        }
-    }
-
-    /// Counts the pairs of particles that may pass through each other in the next substep.
-    pub(crate) fn count_passes(&mut self) {
-        if self.model.touches.is_empty() {
-            return;
-        }
-        let Columns { positions, velocities } = &*self.state;
-        let near = &mut self.scratch.work.near;
-        let columns: [&[R]; 2] = [positions, velocities];
-        let h = self.settings.substep();
-        self.done.passes += near.count_passes(self.level, &self.model.touches, columns, h);
     }
 
     /// Ends a substep, the displacement of which was made as `way` says; returns what obstacles
@@ -395,9 +372,6 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.done.given -= self.scratch.work.own_power.min(0.0) * self.settings.substep();
         let contacts = self.meet_obstacles(way, evaluated);
         self.finished += 1;
-        if self.finished < self.settings.substeps {
-            self.count_passes();
-        }
         contacts
     }
 
@@ -424,9 +398,6 @@ impl<'a, R: Real> StepContext<'a, R> {
         let reach = (*fastest + *fastest) * h;
         let substep = Substep { h, time, lag: h * R::of(lag), reach, starts, before, evaluated };
         let contacts = self.model.resolve(self.level, self.state, (forces, contacts), substep);
-        if 0 < contacts.count {
-            self.scratch.work.near.disturb();
-        }
         self.done.meet(contacts);
         contacts
     }

@@ -19,13 +19,13 @@ pub(crate) fn explicit_euler<R: Real>(step: &mut StepContext<'_, R>) {
     let h = step.substep();
     for _ in 0..step.substeps() {
         let (power, level) = (step.set_forces(step.time()), step.level);
-        if step.find_rows(R::ZERO) {
+        if step.find_rows(h) {
             step.add_impulses();
             step.set_means(None);
         }
         for_each_share(step.pass(), |pass| at_level!(level, _simd => drift_kick(pass, h)));
         if step.has_rows() {
-            step.end_shells();
+            step.end_shells(true);
         }
         step.done.counted += power * h.to_f64();
         step.finish(Way::Kicked(1.0), Evaluated::AtStart);
@@ -53,7 +53,6 @@ pub(crate) fn symplectic_euler<R: Real>(step: &mut StepContext<'_, R>) {
         } else {
             for_each_share(step.pass(), |pass| at_level!(level, _simd => kick_drift(pass, h)));
         }
-        step.drifted(true);
         step.finish_substep(power * h.to_f64());
     }
 }
@@ -132,7 +131,6 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
         } else {
             for_each_share(step.pass(), |pass| at_level!(level, _simd => half_kick_drift(pass, h)));
         }
-        step.drifted(false);
         let power = if is_damped {
             step.set_forces_predicted(PREDICTED)
         } else {
@@ -322,7 +320,7 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
         if step.has_rows() {
             for_each_share(step.pass(), |pass| set_means(pass, h));
             step.set_means(Some(KICKS));
-            step.end_shells();
+            step.end_shells(false);
         }
         step.done.counted += energy * sixth.to_f64();
         step.finish(Way::Kept, Evaluated::AtEnd);

@@ -1,7 +1,7 @@
 //! The built-in methods by name.
 
 use crate::error::Error;
-use crate::scene::Shell;
+use crate::scene::{Shell, any_meet};
 use alloc::string::ToString;
 use alloc::vec::Vec;
 
@@ -107,12 +107,12 @@ impl Integrator {
 
     /// Refuses a method that does not let shells meet where there are some.
     pub(crate) fn check_shells(self, shells: &[Shell]) -> Result<(), Error> {
-        if shells.is_empty() || self.lets_shells_meet() {
+        if self.lets_shells_meet() || !any_meet(shells) {
             return Ok(());
         }
         let able = Integrator::ALL.into_iter().filter(|other| other.lets_shells_meet());
         Err(Error::UnknownName {
-            what: "integrator of a scene with shells",
+            what: "integrator of a scene in which shells meet",
             name: self.to_string(),
             expected: able.map(Integrator::name).collect::<Vec<_>>().join(", "),
         })

@@ -1,4 +1,4 @@
-//! XPBD: springs, bends, volumes and touches as compliant constraints, projected one by one.
+//! XPBD: springs, bends and volumes as compliant constraints, projected one by one.
 
 use super::StepContext;
 use super::context::Way;
@@ -42,13 +42,12 @@ impl<R: Real> Scratch<R> {
 ///
 /// Δλ = −(λ + k h² C + b h u·(d_b − d_a)) / (1 + (k h² + b h) (w_a + w_b))
 ///
-/// Bends follow, likewise, along the direction of their sum, volumes along their gradient, and
-/// touches, which only push, with friction across; then volumes, bends and springs once more,
-/// backwards. Then v' = d / h, and where shells meet their rows correct v' and with it d. It is the
+/// Bends follow, likewise, along the direction of their sum, and volumes along their gradient; then
+/// volumes, bends and springs once more, backwards. Then v' = d / h, and where shells meet their rows correct v' and with it d. It is the
 /// paper's step with compliance 1/k and damping b, multiplied by k h², so that k = 0 leaves a
 /// damper: alone, a spring does the step of backward Euler.
 ///
-/// **It is stable at every h where no particles touch**: to and fro, the sweeps of Gauss and Seidel
+/// **It is stable at every h where no shells meet**: to and fro, the sweeps of Gauss and Seidel
 /// are a symmetric P with 0 < P <= A⁻¹, A = J W Jᵀ + 1/(k h²). With S = √W Jᵀ P J √W the step is
 /// x' = (1 − S) (2 x − x₋), and 0 <= s < 1 for its eigenvalues s: |z|² = 1 − s or less of both
 /// roots of z² − 2 (1 − s) z + (1 − s). One sweep alone is not symmetric: a hub of sixteen spokes
@@ -75,7 +74,7 @@ pub(crate) fn advance<R: Real>(step: &mut StepContext<'_, R>) {
     step.scratch.xpbd = Some(scratch);
 }
 
-/// The power that springs, bends, volumes and touches dissipate at the state, watts.
+/// The power that springs, bends and volumes dissipate at the state, watts.
 fn power_of_springs<R: Real>(step: &mut StepContext<'_, R>, pulls: &mut Aligned<R>) -> f64 {
     let model = step.model;
     if !model.is_damped() {
@@ -94,7 +93,7 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
     let motion = step.state.motion(&model.slots, time);
     let (work, forces) = (&mut step.scratch.work, &mut step.scratch.forces);
     let power = model.set_outer_forces(level, &motion, work, forces);
-    let Scratch { starts, ways, multipliers, pulls } = scratch;
+    let Scratch { starts, ways, multipliers, .. } = scratch;
     let inverse_masses = model.inverse_masses();
     for (particle, at) in model.slots.places().enumerate() {
         let position = vector::<R>(&step.state.positions, at);
@@ -104,19 +103,8 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
         starts[particle] = position;
         ways[particle] = velocity * h;
     }
-    let mut projection = Projection {
-        level,
-        slots: &model.slots,
-        h,
-        inverse_masses,
-        starts,
-        ways,
-        multipliers,
-        first: 0,
-        is_back: false,
-        column: pulls,
-        near: &mut step.scratch.work.near,
-    };
+    let mut projection =
+        Projection { h, inverse_masses, starts, ways, multipliers, first: 0, is_back: false };
     sweep(model, &mut projection);
     let per_h = R::ONE / h;
     for (particle, at) in model.slots.places().enumerate() {

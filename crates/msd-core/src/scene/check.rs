@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::scene::{
     Air, Bend, Body, DistanceGrid, Friction, Look, MOST_POINTS, Particle, Plane, Scene, Shape,
-    Shell, Solid, Spring, Touch, Volume,
+    Shell, Solid, Spring, Volume,
 };
 use alloc::vec;
 use glam::{DMat3, DVec3};
@@ -65,7 +65,6 @@ pub(crate) fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
     for (row, solid) in scene.solids.iter().enumerate() {
         check_solid::<R>(row, solid)?;
     }
-    check_touches::<R>((&scene.touches, &scene.exempt), count)?;
     check_shells(&scene.shells, count)?;
     for (row, pin) in scene.pins.iter().enumerate() {
         check_index(("pin", row), "particle", pin.particle, count)?;
@@ -310,15 +309,17 @@ fn check_grid(at: (&'static str, usize), grid: &DistanceGrid) -> Result<(), Erro
 }
 
 /// Checks the shells of so many particles.
-fn check_shells(shells: &[Shell], count: usize) -> Result<(), Error> {
+pub(crate) fn check_shells(shells: &[Shell], count: usize) -> Result<(), Error> {
     let mut shell_of = vec![None; if shells.is_empty() { 0 } else { count }];
     for (row, shell) in shells.iter().enumerate() {
         let at = ("shell", row);
         let is_thick = 0.0 < shell.thickness && shell.thickness.is_finite();
         check(is_thick, "thickness", at, shell.thickness, "positive and finite")?;
         check_not_negative::<f32>("friction", at, shell.friction)?;
+        check_fraction("restitution", at, shell.restitution)?;
         check_count("the number of triangles of shells", shell.triangles.len(), MAX_SPRINGS)?;
         check_count("the number of edges of shells", shell.edges.len(), MAX_SPRINGS)?;
+        check_count("the number of points of shells", shell.points.len(), MAX_SPRINGS)?;
         let mut see = |what, number: usize, particles: &[usize]| -> Result<(), Error> {
             for (place, &particle) in particles.iter().enumerate() {
                 check_index(at, "particle", particle, count)?;
@@ -335,85 +336,28 @@ fn check_shells(shells: &[Shell], count: usize) -> Result<(), Error> {
         for (number, ends) in shell.edges.iter().enumerate() {
             see("edge", number, ends)?;
         }
+        for (number, &point) in shell.points.iter().enumerate() {
+            see("point", number, &[point])?;
+        }
         for &other in &shell.ignored {
             check_index(at, "shell before it", other, row)?;
         }
+        check_between(row, shell)?;
     }
     Ok(())
 }
 
-/// Checks how so many particles touch: the rows, and the pairs that do not.
-pub(crate) fn check_touches<R: Real>(
-    (touches, exempt): (&[Touch], &[[usize; 2]]),
-    count: usize,
-) -> Result<(), Error> {
-    let mut row_of = vec![None; if touches.is_empty() { 0 } else { count }];
-    for (row, touch) in touches.iter().enumerate() {
-        check_touch::<R>(row, touch)?;
-        let at = ("touch", row);
-        for &particle in &touch.particles {
-            check_index(at, "particle", particle, count)?;
-            let other = row_of[particle].replace(row);
-            let expected = "in one row of touches, once";
-            check(other.is_none(), "particle", at, particle as f64, expected)?;
-        }
-        check_count("the number of triangles that touch", touch.triangles.len(), MAX_SPRINGS)?;
-        for (triangle, corners) in touch.triangles.iter().enumerate() {
-            let [a, b, c] = *corners;
-            let is_one = a != b && b != c && c != a;
-            check(is_one, "triangle", at, triangle as f64, "three different particles")?;
-            for &corner in corners {
-                check_index(at, "corner", corner, count)?;
-                let expected = "a particle of the row";
-                check(row_of[corner] == Some(row), "corner", at, corner as f64, expected)?;
-            }
-        }
-        for &other in &touch.ignored {
-            check_index(at, "row before it", other, row)?;
-        }
-        check_between::<R>(touches, row)?;
-    }
-    check_count("the number of exempt pairs", exempt.len(), MAX_SPRINGS)?;
-    for (row, pair) in exempt.iter().enumerate() {
-        for &particle in pair {
-            check_index(("exempt pair", row), "particle", particle, count)?;
-        }
-    }
-    Ok(())
-}
-
-fn check_touch<R: Real>(row: usize, touch: &Touch) -> Result<(), Error> {
-    let at = ("touch", row);
-    let positive = |quantity, value: f64| {
-        let fits = 0.0 < value && value <= 1e12;
-        check(fits, quantity, at, value, "positive and at most 1e12")
-    };
-    positive("radius", touch.radius)?;
-    positive("stiffness", touch.stiffness)?;
-    check_not_negative::<R>("damping", at, touch.damping)?;
-    check_not_negative::<f32>("friction", at, touch.friction)
-}
-
-/// Checks how a row touches others, of those before it, which are checked.
-fn check_between<R: Real>(touches: &[Touch], row: usize) -> Result<(), Error> {
-    let (at, touch) = (("touch", row), &touches[row]);
-    for (number, between) in touch.between.iter().enumerate() {
-        check_index(at, "row before it", between.row, row)?;
-        let is_new = touch.between[..number].iter().all(|before| before.row != between.row);
-        let other = between.row as f64;
-        check(is_new, "other row", at, other, "named once by what stands between them")?;
-        if let Some(stiffness) = between.stiffness {
-            let fits = 0.0 < stiffness && stiffness <= 1e12;
-            let quantity = "stiffness between rows";
-            check(fits, quantity, at, stiffness, "positive and at most 1e12")?;
-        }
-        let quantity = match between.damping {
-            Some(_) => "damping between rows",
-            None => "damping that follows from the stiffness between rows",
-        };
-        let damping = between.damping_of([&touches[between.row], touch]);
-        check_not_negative::<R>(quantity, at, damping)?;
-        check_not_negative::<f32>("friction between rows", at, between.friction.unwrap_or(0.0))?;
+/// Checks how a shell meets others, of those before it.
+fn check_between(row: usize, shell: &Shell) -> Result<(), Error> {
+    let at = ("shell", row);
+    for (number, between) in shell.between.iter().enumerate() {
+        check_index(at, "shell before it", between.shell, row)?;
+        let is_new = shell.between[..number].iter().all(|before| before.shell != between.shell);
+        let other = between.shell as f64;
+        check(is_new, "other shell", at, other, "named once by what stands between them")?;
+        check_not_negative::<f32>("friction between shells", at, between.friction.unwrap_or(0.0))?;
+        let restitution = between.restitution.unwrap_or(0.0);
+        check_fraction("restitution between shells", at, restitution)?;
     }
     Ok(())
 }

@@ -12,7 +12,6 @@ pub mod substance;
 pub mod shape;
 pub mod distances;
 pub mod solid;
-pub mod touch;
 pub mod shell;
 mod origin;
 
@@ -22,11 +21,10 @@ pub use distances::{DistanceGrid, MOST_POINTS};
 pub use lattice::{Lattice, Neighbours};
 pub use look::{Look, PALETTE, Pattern};
 pub use part::{Material, Part};
-pub use shell::{Shell, do_meet};
+pub use shell::{Between, Shell, any_meet, do_meet};
 pub use solid::{KeyFrame, Shape, Solid};
 pub use substance::{Bending, Elasticity, Substance};
 pub use surface::{Corner, Surface};
-pub use touch::{Between, Touch, do_touch};
 
 use crate::number::Real;
 use alloc::{string::String, vec::Vec};
@@ -264,11 +262,7 @@ pub struct Scene {
     pub planes: Vec<Plane>,
     /// The solids.
     pub solids: Vec<Solid>,
-    /// The particles that have a radius and touch each other.
-    pub touches: Vec<Touch>,
-    /// Pairs of particles that do not touch, beside those that a spring joins.
-    pub exempt: Vec<[usize; 2]>,
-    /// Surfaces and ropes that do not cross each other.
+    /// Surfaces, ropes and points that do not cross each other.
     pub shells: Vec<Shell>,
     /// The pins.
     pub pins: Vec<Pin>,

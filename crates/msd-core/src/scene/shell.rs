@@ -1,12 +1,14 @@
-//! Shells: surfaces and ropes with a thickness, which do not cross each other.
+//! Shells: surfaces, ropes and points with a thickness, which do not cross each other.
 
+use super::{Body, Scene};
 use alloc::vec::Vec;
 
-/// Triangles and edges between particles that keep a distance from those of other shells.
+/// Triangles, edges and points that keep a distance from those of other shells.
 ///
 /// Two shells stop each other where their middle surfaces are as close as the sum of their
 /// thicknesses. They do so by impulses, without a stiffness: a shell does not limit the substep.
-/// Friction along them is Coulomb's, with the factor √(a b) of the two.
+/// Friction along them is Coulomb's, with the factor √(a b) of the two. The larger coefficient of
+/// restitution counts.
 ///
 /// A particle is in one shell at most. Triangles and edges with a common particle do not meet.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,16 +18,69 @@ pub struct Shell {
     pub triangles: Vec<[usize; 3]>,
     /// Edges that belong to no triangle, as those of a rope, by their ends.
     pub edges: Vec<[usize; 2]>,
+    /// Particles that belong to no triangle and no edge: balls whose radius is the thickness.
+    pub points: Vec<usize>,
     /// Distance that it keeps on each side of its middle surface, metres; positive. A tenth of its
     /// edges is a good choice; those of half of that may cross at long substeps.
     pub thickness: f64,
     /// Coulomb's factor μ, not negative.
     pub friction: f64,
+    /// Coefficient of restitution, from 0 to 1: the part of the approach speed with which particles
+    /// part again. A soft body bounces by its own springs and needs none.
+    pub restitution: f64,
     /// Whether it stops itself, beside other shells. Its features that share no particle should be
     /// farther apart at rest than twice its thickness.
     pub itself: bool,
+    /// Whether it keeps its thickness from obstacles too; otherwise these meet its particles as
+    /// points.
+    pub obstacles: bool,
     /// Shells before this one that it passes through.
     pub ignored: Vec<usize>,
+    /// How it meets shells before this one, where not as both say; each once.
+    pub between: Vec<Between>,
+}
+
+/// How a shell meets another, in place of what follows from both.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Between {
+    /// The other shell, before the one that says so.
+    pub shell: usize,
+    /// Coulomb's factor μ, not negative. Default √(a b).
+    pub friction: Option<f64>,
+    /// Coefficient of restitution, from 0 to 1. Default the larger of the two.
+    pub restitution: Option<f64>,
+}
+
+impl Shell {
+    /// The surface of a body as a shell of a thickness, metres, without friction.
+    pub fn of(body: &Body, thickness: f64) -> Self {
+        let all = body.surface.particles().map(|corners| corners.map(|corner| corner as usize));
+        let triangles = all.filter(|[a, b, c]| a != b && b != c && c != a).collect();
+        Shell { triangles, thickness, ..Shell::default() }
+    }
+
+    /// Its particles, a corner of several triangles or edges as often as it is one.
+    pub fn particles(&self) -> impl Iterator<Item = usize> + '_ {
+        let corners = self.triangles.as_flattened().iter().chain(self.edges.as_flattened());
+        corners.chain(&self.points).copied()
+    }
+}
+
+/// Whether any of some shells meets another or itself.
+pub fn any_meet(shells: &[Shell]) -> bool {
+    let others = |last: usize| (0..last).any(|first| do_meet(shells, [first, last]));
+    (0..shells.len()).any(|row| shells[row].itself || others(row))
+}
+
+impl Scene {
+    /// The shell of a body; `None` of one that passes through all.
+    pub fn shell_of(&self, body: &Body) -> Option<&Shell> {
+        let is_of = |shell: &&Shell| {
+            shell.particles().next().is_some_and(|at| body.particles.contains(&at))
+        };
+        self.shells.iter().find(is_of)
+    }
 }
 
 /// Whether two shells stop each other, or one itself.

@@ -153,7 +153,7 @@ impl<R: Real> Simulation<R> {
         self.enter_step(true).map(drop)
     }
 
-    /// Advances by one step unless particles may pass through each other in it, see
+    /// Advances by one step unless shells may cross in it, see
     /// [`Ledger::passes`], or in a substep a surface turns by more than a tenth of a radian on the
     /// way of one that meets it, or moves by half of its thickness, or energy appears that nothing
     /// supplied, a tenth of what moves; returns whether it did. If not, all is as it was before.
@@ -184,8 +184,6 @@ impl<R: Real> Simulation<R> {
             Some(own) => own.of::<R>(),
             None => &self.settings.integrator,
         };
-        // Whatever moved particles since the last step.
-        self.scratch.work.near.disturb();
         let mut step = StepContext {
             start: step_start(self.epoch, self.steps, self.settings.step),
             model: &self.model,
@@ -198,7 +196,6 @@ impl<R: Real> Simulation<R> {
             rows: &mut self.rows,
             done: Default::default(),
         };
-        step.count_passes();
         let is_refused = |done: Done| !may_pass && (0 < done.passes || done.turned);
         if !is_refused(step.done) {
             method.advance(&mut step);

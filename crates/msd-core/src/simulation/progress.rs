@@ -16,7 +16,6 @@ use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;
 use crate::scene::check::{check, check_index, check_not_negative, check_steps, check_vector};
 use crate::scene::{Particle, Pin, Scene, World};
-use crate::stability::Mode;
 use crate::system::Model;
 use alloc::vec::Vec;
 use glam::DVec3;
@@ -50,9 +49,6 @@ pub struct Progress {
     pub removed: Vec<usize>,
     /// The impulses from which the shells start the next substep, in the order of their keys.
     pub impulses: Vec<RowImpulse>,
-    /// What touched where the substeps were chosen last, for whoever chooses them: see
-    /// [`Simulation::touching_mode`].
-    pub chosen_for: Mode,
 }
 
 /// An active grab, weakened so that the substep can follow it.
@@ -91,7 +87,6 @@ impl<R: Real> Simulation<R> {
                 .filter(|&row| self.model.is_removed(row))
                 .collect(),
             impulses: self.rows.impulses(),
-            chosen_for: Mode::default(),
         };
         (rows(self), progress)
     }

@@ -4,7 +4,6 @@ use super::Simulation;
 use super::compiled::Compiled;
 use crate::columns;
 use crate::contact::Contacts;
-use crate::elements::touches::near::Near;
 use crate::elements::{ForceWork, collected, column};
 use crate::energy::{self, Energy, Momentum};
 use crate::methods::{Integrator, Method, Solved, Work};
@@ -95,16 +94,6 @@ impl<R: Real> Simulation<R> {
             self.time(),
             Method::<R>::region(&integrator),
         )
-    }
-
-    /// What the pairs and triangles that touch at the present state add to any motion at most, from
-    /// sums over the particles; that of nothing where nothing touches.
-    pub fn touching_mode(&mut self) -> Mode {
-        let time = self.time();
-        let motion = self.state.motion(&self.model.slots, time);
-        let near = &mut self.scratch.work.near;
-        near.disturb();
-        stability::touching_mode(&self.model, &motion, self.level, near)
     }
 
     /// The fastest motion at the present state, taken for a single oscillator: that is exact where
@@ -215,7 +204,7 @@ impl<R: Real> Simulation<R> {
             &self.model,
             &self.state,
             (self.time(), self.settings.substep()),
-            (self.level, &self.scratch.work.near),
+            self.level,
         )
     }
 
@@ -241,9 +230,9 @@ impl<R: Real> Simulation<R> {
     /// # Panics
     /// If the state has another number of particles.
     pub fn energy_at(&self, state: &State<R>) -> Energy {
-        let (columns, near) = (self.columns_of(state), Near::default());
+        let columns = self.columns_of(state);
         let at = (self.time(), 0.0);
-        energy::energy_and_rounding(&self.model, &columns, at, (self.level, &near)).0
+        energy::energy_and_rounding(&self.model, &columns, at, self.level).0
     }
 
     /// The centre of mass of a range of particles, metres.

@@ -5,7 +5,6 @@
 //! substep, so it shows in the energy long before anything leaves the world.
 
 use super::Simulation;
-use crate::elements::touches::near::Near;
 use crate::energy;
 use crate::methods::{Done, Integrator};
 use crate::number::Real;
@@ -35,9 +34,8 @@ impl<R: Real> Simulation<R> {
             return false;
         }
         let at = (self.time(), self.settings.substep());
-        let near = &Near::default();
         let [before, after] = [&self.good, &self.state]
-            .map(|state| energy::energy_and_rounding(&self.model, state, at, (self.level, near)));
+            .map(|state| energy::energy_and_rounding(&self.model, state, at, self.level));
         let rise = after.0.total() - before.0.total() - done.given - before.1 - after.1;
         let moving = after.0.kinetic + after.0.elastic.abs();
         rise.is_nan() || RISE * moving < rise

@@ -1,22 +1,19 @@
 //! Changes of topology: particles, springs, bodies and planes, added to a running system or
-//! removed, and which particles touch.
+//! removed, and which shells meet.
 //!
 //! Particles, springs and bodies keep their numbers for good. New ones are numbered after those
 //! there, and the springs are put in order anew; a removed one leaves a gap.
 
 use super::Simulation;
 use crate::contact::shells::ShellRows;
-use crate::elements::touches::Touches;
-use crate::elements::touches::near::Near;
-use crate::elements::{Force, Joints};
 use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;
 use crate::scene::check::{
     MAX_PARTICLES, check_body, check_count, check_index, check_joints, check_particle, check_plane,
-    check_touches,
+    check_shells,
 };
-use crate::scene::{Body, Part, Particle, Plane, Scene, Spring, Touch};
+use crate::scene::{Body, Part, Particle, Plane, Scene, Shell, Spring};
 use crate::system::Columns;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -111,23 +108,15 @@ impl<R: Real> Simulation<R> {
         Ok(number)
     }
 
-    /// Replaces how particles touch: the rows, and the pairs that do not touch beside those that
-    /// springs join, as [`Scene::touches`] and [`Scene::exempt`] have them.
+    /// Replaces the shells; their impulses are forgotten.
     ///
     /// # Errors
-    /// A number out of its domain, or particles of which too many are within reach of each other;
-    /// nothing is changed then.
-    pub fn set_touches(&mut self, rows: &[Touch], exempt: &[[usize; 2]]) -> Result<(), Error> {
-        check_touches::<R>((rows, exempt), self.model.particle_count())?;
-        let joints = Joints { ends: self.model.springs.ends(), slots: &self.model.slots };
-        let scene = Scene { touches: rows.to_vec(), exempt: exempt.to_vec(), ..Scene::default() };
-        let (mut touches, is_removed) =
-            (Touches::default(), |particle: u32| self.model.is_removed(particle as usize));
-        Force::<R>::add(&mut touches, &scene, joints);
-        Force::<R>::remove(&mut touches, &is_removed, joints);
-        Near::check(&touches, &self.state.positions)?;
-        self.model.touches = touches;
-        self.model.renew_radii();
+    /// A number out of its domain, or a method that lets no shells meet; nothing is changed then.
+    pub fn set_shells(&mut self, rows: &[Shell]) -> Result<(), Error> {
+        check_shells(rows, self.model.particle_count())?;
+        self.settings.integrator.check_shells(rows)?;
+        self.model.set_shells(rows.to_vec());
+        self.rows = ShellRows::default();
         self.renew_scratch();
         Ok(())
     }
@@ -141,7 +130,6 @@ impl<R: Real> Simulation<R> {
         }
         self.model.renew_masses();
         self.rows = ShellRows::default();
-        self.scratch.work.near.forget();
         self.scratch.warm = false;
     }
 

@@ -16,8 +16,7 @@ mod slowest;
 
 pub use region::{Mode, Region, is_stable};
 
-use crate::elements::touches::near::Near;
-use crate::elements::{Block, Blocks, Derivatives, Force, Motion, Products};
+use crate::elements::{Block, Blocks, Derivatives, Products};
 use crate::number::Real;
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
@@ -25,7 +24,6 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
 pub(crate) use dense::Matrix;
-use fearless_simd::Level;
 use few::{Few, single_substep};
 use glam::DVec3;
 use pieces::{Growth, Phase};
@@ -115,7 +113,7 @@ pub(crate) fn fastest_motion<R: Real>(
 ///
 /// A spring adds at most its k (1/m_a + 1/m_b) to any motion; all springs of a particle at once add
 /// at most the sum of their k over its mass. Of bends the largest row sum of magnitudes counts.
-/// Volumes, touches and user-defined elements are known about this state alone, the last only
+/// Volumes and user-defined elements are known about this state alone, the last only
 /// where they act on each particle by itself and give their blocks.
 pub(crate) fn guaranteed_limit<R: Real>(
     (model, state): (&Model<R>, &Columns<R>),
@@ -136,22 +134,6 @@ pub(crate) fn guaranteed_limit<R: Real>(
         Region::VelocityVerlet if 0.0 < bound.damping => 0.95 * bound.scale(),
         Region::SymplecticEuler | Region::VelocityVerlet => bound.scale(),
     }
-}
-
-/// What closed touches add to any motion at most.
-pub(crate) fn touching_mode<R: Real>(
-    model: &Model<R>,
-    motion: &Motion<'_, R>,
-    level: Level,
-    near: &mut Near<R>,
-) -> Mode {
-    let touches: &dyn Force<R> = &model.touches;
-    let mut derivatives = Derivatives::default();
-    touches.differentiate(&model.moment(level, *motion), near, &mut derivatives);
-    let mut sums = vec![[0.0; 2]; model.particle_count()];
-    touches.add_row_sums(motion, &derivatives, &mut sums);
-    let rows = sums.iter().zip(&model.inverse_masses);
-    rows.fold(Mode::default(), |most, (&sum, w)| most.larger(Mode::of(sum).times(w.to_f64())))
 }
 
 /// A motion at least as stiff and as damped as any; `sums` becomes the same of each particle alone.

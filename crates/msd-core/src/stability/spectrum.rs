@@ -6,7 +6,6 @@
 //! below: within 0.3 % after 30 vectors, however large a lattice.
 
 use super::dense::{MOST, Matrix};
-use crate::elements::touches::near::Near;
 use crate::elements::{Derivatives, Motion, Products};
 use crate::number::Real;
 use crate::system::Model;
@@ -33,7 +32,7 @@ impl<R: Real> OperatingPoint<'_, R> {
     fn differentiate(&self, derivatives: &mut Derivatives) {
         let moment = self.model.moment(Level::baseline(), self.motion);
         let kinds = self.model.kinds();
-        kinds.for_each(|kind| kind.differentiate(&moment, &mut Near::default(), derivatives));
+        kinds.for_each(|kind| kind.differentiate(&moment, derivatives));
     }
 
     /// The derivatives of all kinds of elements.

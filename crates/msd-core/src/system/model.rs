@@ -15,10 +15,9 @@ use crate::elements::bends::Bends;
 use crate::elements::fields::Fields;
 use crate::elements::grabs::{Grab, Grabs, Pushes};
 use crate::elements::springs::Springs;
-use crate::elements::touches::{Touches, near::Near};
 use crate::elements::volumes::Volumes;
 use crate::elements::{
-    Element, Force, ForceWork, Joints, Moment, Motion, Owns, Resists, Rows, Torn, column,
+    Element, Force, ForceWork, Moment, Motion, Owns, Resists, Rows, Torn, column,
 };
 use crate::error::Error;
 use crate::number::{Real, Vector};
@@ -51,7 +50,6 @@ pub struct Model<R: Real> {
     pub(crate) springs: Springs<R>,
     pub(crate) bends: Bends<R>,
     pub(crate) volumes: Volumes<R>,
-    pub(crate) touches: Touches,
     pub(crate) shells: Shells,
     pub(crate) grabs: Grabs<R>,
     pub(crate) pushes: Pushes<R>,
@@ -95,7 +93,6 @@ impl<R: Real> Model<R> {
             springs,
             bends: Bends::default(),
             volumes: Volumes::default(),
-            touches: Touches::default(),
             shells: Shells::default(),
             grabs: Grabs::default(),
             pushes: Pushes::default(),
@@ -112,10 +109,6 @@ impl<R: Real> Model<R> {
             slots,
         };
         model.add_rows(scene);
-        if !model.touches.is_empty() {
-            let columns = Columns::of(&model.slots, &state, 0);
-            Near::check(&model.touches, &columns.positions)?;
-        }
         Ok((model, state))
     }
 
@@ -128,20 +121,21 @@ impl<R: Real> Model<R> {
     /// Takes over the rows of a scene that elements have, beside those that are there, and makes
     /// the columns in the order of slots.
     pub(crate) fn add_rows(&mut self, rows: &Scene) {
-        self.each_beside_springs(|kind, joints| kind.add(rows, joints));
+        self.each_beside_springs(|kind, slots| kind.add(rows, slots));
         self.mass_column = Aligned::new(self.slots.record_count() * LANES, 12);
         self.inverse_mass_column = column(&self.slots, 13);
         self.fields.weights = column(&self.slots, 14);
         self.renew_masses();
-        self.renew_radii();
-        let shells = self.shells.rows().iter().chain(&rows.shells).cloned().collect();
-        self.shells = Shells::new(shells, &self.slots);
+        self.set_shells(self.shells.rows().iter().chain(&rows.shells).cloned().collect());
         self.points = Points::new(&self.obstacles.solids, &self.springs, &self.slots);
     }
 
-    /// Updates the radii that count against obstacles for changed touches.
-    pub(crate) fn renew_radii(&mut self) {
-        self.radii = self.touches.radii_at_obstacles(&self.slots);
+    /// Replaces the shells.
+    pub(crate) fn set_shells(&mut self, rows: Vec<Shell>) {
+        self.shells = Shells::new(rows, &self.slots);
+        let is_removed = |particle: u32| self.masses[particle as usize] == R::ZERO;
+        self.shells.remove(&is_removed, &self.slots);
+        self.radii = self.shells.radii_at_obstacles(&self.slots);
     }
 
     /// The radii that count against obstacles.
@@ -163,8 +157,8 @@ impl<R: Real> Model<R> {
 
     /// The kinds of elements that only join particles to each other, in the order of their sums:
     /// none of them pushes a body as a whole.
-    pub(crate) fn inner(&self) -> [&dyn Force<R>; 4] {
-        [&self.springs, &self.bends, &self.volumes, &self.touches]
+    pub(crate) fn inner(&self) -> [&dyn Force<R>; 3] {
+        [&self.springs, &self.bends, &self.volumes]
     }
 
     /// The kinds that act on each particle alone. Fields start all sums of forces.
@@ -183,18 +177,16 @@ impl<R: Real> Model<R> {
     }
 
     /// Changes all kinds but springs, which have put the particles in order.
-    fn each_beside_springs(&mut self, mut change: impl FnMut(&mut dyn Force<R>, Joints<'_>)) {
-        let Model { slots, springs, bends, volumes, touches, .. } = self;
+    fn each_beside_springs(&mut self, mut change: impl FnMut(&mut dyn Force<R>, &Slots)) {
+        let Model { slots, bends, volumes, .. } = self;
         let Model { fields, grabs, pushes, air, own, .. } = self;
-        let joints = Joints { ends: springs.ends(), slots };
-        let kinds: [&mut dyn Force<R>; 8] =
-            [bends, volumes, touches, fields, grabs, pushes, air, own];
-        kinds.into_iter().for_each(|kind| change(kind, joints));
+        let kinds: [&mut dyn Force<R>; 7] = [bends, volumes, fields, grabs, pushes, air, own];
+        kinds.into_iter().for_each(|kind| change(kind, slots));
     }
 
     /// What the laws of forces depend on at a motion.
     pub(crate) fn moment<'a>(&'a self, level: Level, motion: Motion<'a, R>) -> Moment<'a, R> {
-        Moment { level, motion, inverse_masses: &self.inverse_mass_column }
+        Moment { level, motion }
     }
 
     /// Overwrites `forces` with all forces at a motion, newtons, and returns the power dissipated,
@@ -344,7 +336,7 @@ impl<R: Real> Model<R> {
         }
         let masses = core::mem::take(&mut self.masses);
         let is_removed = |particle: u32| masses[particle as usize] == R::ZERO;
-        self.each_beside_springs(|kind, joints| kind.remove(&is_removed, joints));
+        self.each_beside_springs(|kind, _| kind.remove(&is_removed));
         for spring in 0..self.ends().len() {
             if self.ends()[spring].into_iter().any(is_removed) {
                 self.springs.cut(spring);
@@ -371,7 +363,7 @@ impl<R: Real> Model<R> {
         self.air.as_ref().map(AirLoads::air)
     }
 
-    /// All elements but springs and touches: bends, volumes, fields, grabs, pushes and user-defined
+    /// All elements but springs: bends, volumes, fields, grabs, pushes and user-defined
     /// ones.
     pub fn elements_beside_springs(&self) -> impl Iterator<Item = &dyn Element<R>> + '_ {
         self.kinds().skip(1).filter_map(|kind| kind.element())
@@ -442,7 +434,7 @@ impl<R: Real> Model<R> {
         self.springs.law(spring).damping
     }
 
-    /// Whether any spring, bend or volume has a damper, or any touch one or friction.
+    /// Whether any spring, bend or volume has a damper.
     pub fn is_damped(&self) -> bool {
         self.inner().into_iter().any(|kind| kind.is_damped())
     }
@@ -457,17 +449,12 @@ impl<R: Real> Model<R> {
         &self.volumes
     }
 
-    /// The touches.
-    pub fn touches(&self) -> &Touches {
-        &self.touches
-    }
-
-    /// Whether any bodies meet each other or themselves, by radii or as shells.
+    /// Whether any bodies meet each other or themselves.
     pub fn do_bodies_meet(&self) -> bool {
-        !self.touches.is_empty() || !self.shells.is_empty()
+        self.shells.do_meet()
     }
 
-    /// The surfaces and ropes that do not cross each other.
+    /// The surfaces, ropes and points that do not cross each other.
     pub fn shells(&self) -> &[Shell] {
         self.shells.rows()
     }

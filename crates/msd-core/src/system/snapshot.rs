@@ -8,7 +8,7 @@ use crate::elements::springs::{Springs, law};
 use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;
 use crate::pack::{dot, zip};
-use crate::scene::{Body, Solid, Touch};
+use crate::scene::{Body, Shell, Solid};
 use glam::DVec3;
 
 /// One instant of a system, borrowed; in the order of the scene.
@@ -40,7 +40,7 @@ pub struct Snapshot<'a, R: Real> {
     /// Named parts with their surfaces.
     pub bodies: &'a [Body],
     /// Particles with a radius.
-    pub touches: &'a [Touch],
+    pub shells: &'a [Shell],
 }
 
 impl<'a, R: Real> Snapshot<'a, R> {
@@ -62,7 +62,7 @@ impl<'a, R: Real> Snapshot<'a, R> {
             time,
             grabs: model.grabs(),
             bodies: model.bodies(),
-            touches: model.touches().rows().0,
+            shells: model.shells(),
         }
     }
 

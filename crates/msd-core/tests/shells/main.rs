@@ -2,10 +2,12 @@
 
 mod bodies;
 mod crossings;
+mod pairs;
 
 use bodies::{Stuff, add_block, add_cloth};
 use crossings::crossings;
 use msd_core::glam::{DVec3, dvec3};
+use msd_core::scene::Between;
 use msd_core::{
     Error, Friction, Integrator, Pin, Plane, Real, Scene, Settings, Shell, Simulation, Vector,
     World,
@@ -307,11 +309,12 @@ fn a_run_that_diverges_stops_at_the_last_good_state() {
 #[test]
 fn shells_out_of_their_domain_are_refused() {
     let (scene, _) = cubes();
-    let refuse = |change: fn(&mut Shell)| {
+    let refuse_with = |change: &dyn Fn(&mut Shell)| {
         let mut scene = scene.clone();
         change(&mut scene.shells[1]);
         Simulation::<f32>::new(&scene, Settings::default()).expect_err("a fault").to_string()
     };
+    let refuse = |change: fn(&mut Shell)| refuse_with(&change);
     let thin = refuse(|shell| shell.thickness = 0.0);
     assert_eq!(thin, "thickness of shell 1 is 0; it must be positive and finite");
     let rough = refuse(|shell| shell.friction = -1.0);
@@ -320,6 +323,16 @@ fn shells_out_of_their_domain_are_refused() {
     assert!(far.contains("shell 1 names particle 1000000"), "{far}");
     let shared = refuse(|shell| shell.edges.push([0, 1]));
     assert!(shared.contains("it must be in one shell"), "{shared}");
+    let springy = refuse(|shell| shell.restitution = 1.5);
+    assert_eq!(springy, "restitution of shell 1 is 1.5; it must be from 0 to 1");
+    let between = |shell, friction| Between { shell, friction, restitution: None };
+    let twice = [between(0, None); 2];
+    let twice = refuse_with(&|shell| shell.between.extend(twice));
+    assert!(twice.contains("other shell of shell 1 is 0; it must be named once"), "{twice}");
+    let later = refuse_with(&|shell| shell.between.push(between(1, None)));
+    assert!(later.contains("shell before it"), "{later}");
+    let slippery = refuse_with(&|shell| shell.between.push(between(0, Some(-1.0))));
+    assert!(slippery.contains("friction between shells of shell 1 is -1"), "{slippery}");
     let folded = refuse(|shell| shell.edges.push([400, 400]));
     assert!(folded.contains("between different particles"), "{folded}");
 }

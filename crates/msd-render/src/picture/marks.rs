@@ -34,7 +34,8 @@ fn own_colour(owner: Option<u32>, bodies: &[Body]) -> [f32; 3] {
 /// A particle as a ball.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ball {
-    /// The radius in which it is drawn, metres: that in which it touches others, if it does.
+    /// The radius in which it is drawn, metres: the thickness of a rope or a point
+    /// that meets others.
     radius: f32,
     /// Whether obstacles meet it at that radius, not its middle.
     is_met: bool,
@@ -51,10 +52,10 @@ impl Ball {
 pub(crate) fn balls<R: Real>(geometry: &Geometry, snapshot: &Snapshot<'_, R>) -> Vec<Ball> {
     let ball = Ball { radius: geometry.particle_radius, is_met: false };
     let mut balls = vec![ball; geometry.positions.len()];
-    for touch in snapshot.touches {
-        for &particle in &touch.particles {
+    for shell in snapshot.shells.iter().filter(|shell| shell.triangles.is_empty()) {
+        for particle in shell.particles() {
             if let Some(ball) = balls.get_mut(particle) {
-                *ball = Ball { radius: touch.radius as f32, is_met: touch.obstacles };
+                *ball = Ball { radius: shell.thickness as f32, is_met: shell.obstacles };
             }
         }
     }

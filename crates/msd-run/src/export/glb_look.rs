@@ -1,7 +1,7 @@
 //! Looks of bodies and solids in glTF: materials, colours of vertices, and solids as meshes.
 
 use msd_core::glam::DVec3;
-use msd_core::{Body, Look, Pattern, Real, Shape, Snapshot, Surface, Touch, Vector};
+use msd_core::{Body, Look, Pattern, Real, Shape, Shell, Snapshot, Surface, Vector};
 use serde_json::{Value, json};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -88,14 +88,14 @@ pub fn ropes(lines: &[[u32; 2]]) -> Option<Vec<Vec<u32>>> {
     is_along.then_some(ropes)
 }
 
-/// The radius of a rope, metres: that by which it touches, or a part of its spacing.
+/// The radius of a rope, metres: its thickness where it meets others, or a part of its spacing.
 pub fn radius<R: Real>(snapshot: &Snapshot<'_, R>, rope: &[u32]) -> f64 {
-    let is_of = |touch: &&Touch| touch.particles.binary_search(&(rope[0] as usize)).is_ok();
-    let touch = snapshot.touches.iter().find(is_of);
+    let is_of = |shell: &&Shell| shell.particles().any(|particle| particle == rope[0] as usize);
+    let shell = snapshot.shells.iter().find(is_of);
     let place = |row: &u32| snapshot.position(*row as usize).to_f64();
     let lengths = rope.windows(2).map(|pair| (place(&pair[1]) - place(&pair[0])).length());
     let spacing = lengths.sum::<f64>() / (rope.len() - 1) as f64;
-    touch.map_or(THIN * spacing, |touch| touch.radius)
+    shell.map_or(THIN * spacing, |shell| shell.thickness)
 }
 
 /// Corners with their normals, and triangles, counter-clockwise seen from outside.

@@ -45,13 +45,13 @@ pub enum Domain {
 
 /// The largest number of Newton iterations.
 pub const MOST_NEWTON: u32 = 1000;
-/// A length that the world may have, or a stiffness that two particles may meet.
+/// A length that the world may have.
 pub(crate) const LENGTH: Domain = Domain::UpTo(1e12, "positive and at most 1e12");
 /// The longest step, seconds.
 const LONGEST_STEP: f64 = 1e6;
 
 /// The domain of every key that holds numbers of one kind, by its tables.
-pub const DOMAINS: [(&str, Domain); 93] = [
+pub const DOMAINS: [(&str, Domain); 91] = [
     ("solver.step", Domain::Step),
     ("solver.steps_per_second", Domain::Rate),
     ("solver.substeps", Domain::Count(u32::MAX as u64, "from 1 to 4294967295, or \"auto\"")),
@@ -107,12 +107,10 @@ pub const DOMAINS: [(&str, Domain); 93] = [
     ("bodies.diameter", Domain::Positive),
     ("bodies.touch.thickness", LENGTH),
     ("bodies.touch.radius", LENGTH),
-    ("bodies.touch.stiffness", LENGTH),
-    ("bodies.touch.damping", Domain::NotNegative),
     ("bodies.touch.friction", Domain::Factor),
-    ("bodies.touch.with.stiffness", LENGTH),
-    ("bodies.touch.with.damping", Domain::NotNegative),
+    ("bodies.touch.restitution", Domain::Fraction),
     ("bodies.touch.with.friction", Domain::Factor),
+    ("bodies.touch.with.restitution", Domain::Fraction),
     ("bodies.look.roughness", Domain::Fraction),
     ("bodies.look.translucency", Domain::Fraction),
     ("bodies.look.pattern_size", LENGTH),

@@ -30,6 +30,6 @@ pub(crate) use build::{Understood, understand};
 pub use decode::decode;
 pub(crate) use refine::refine;
 pub(crate) use refusals::refusals;
-pub use touch::default_touch;
+pub use touch::default_shell;
 pub(crate) use tree::text::ending;
 pub use tree::text::{SceneFormat, format_of, read_text};

@@ -13,7 +13,7 @@ use crate::file::build::{Understood, understand_rows};
 use crate::file::decode::decode;
 use crate::file::schema::{
     BodyKey, BodyRow, EndRow, Kind, LinkRow, MassRow, MaterialRow, PinRow, SceneFile, TouchRow,
-    WithRow, WorldRow,
+    WorldRow,
 };
 use crate::file::sets::NamedSets;
 use crate::file::sets::pins::masses as added;
@@ -134,7 +134,7 @@ fn finer(body: &BodyRow, nesting: &Nesting, parts: u64) -> BodyRow {
     let dimensions = nesting.dimensions();
     let mut fine = body.clone();
     let scale = spring_scale(nesting, parts);
-    fine.touch = body.touch.as_ref().map(|touch| finer_touch(touch, parts, dimensions));
+    fine.touch = body.touch.as_ref().map(|touch| finer_touch(touch, parts));
     match nesting {
         Nesting::Lattice(_) => {
             let length = |&length: &u64| length.saturating_sub(1).saturating_mul(parts) + 1;
@@ -163,24 +163,12 @@ fn finer(body: &BodyRow, nesting: &Nesting, parts: u64) -> BodyRow {
     fine
 }
 
-/// Contact of a finer body: a radius that fits its spacing, and the same push on an area.
-fn finer_touch(touch: &TouchRow, parts: u64, dimensions: u32) -> TouchRow {
-    let share = 1.0 / power(parts, dimensions.min(2));
+/// Contact of a finer body: a thickness that fits its spacing.
+fn finer_touch(touch: &TouchRow, parts: u64) -> TouchRow {
     TouchRow {
         thickness: touch.thickness.map(|thickness| thickness / parts as f64),
         radius: touch.radius.map(|radius| radius / parts as f64),
-        stiffness: touch.stiffness.map(|stiffness| stiffness * share),
-        damping: touch.damping.map(|damping| damping * share),
-        with: touch.with.iter().map(|with| finer_with(with, share)).collect(),
         ..touch.clone()
-    }
-}
-
-fn finer_with(with: &WithRow, share: f64) -> WithRow {
-    WithRow {
-        stiffness: with.stiffness.map(|stiffness| stiffness * share),
-        damping: with.damping.map(|damping| damping * share),
-        ..with.clone()
     }
 }
 

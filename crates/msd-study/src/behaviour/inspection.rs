@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 use msd_core::glam::DVec3;
 use msd_core::stability::Mode;
 use msd_core::{
-    Bend, Body, Error, Moduli, Particle, Pin, Scene, Settings, Simulation, Spring, Touch, Volume,
+    Bend, Body, Error, Moduli, Particle, Pin, Scene, Settings, Shell, Simulation, Spring, Volume,
 };
 use serde::Serialize;
 
@@ -49,23 +49,21 @@ pub struct Inspection {
     pub slowest: Vec<Slow>,
     /// Why the slowest motions are not known, in words; `None` where they are.
     pub slowest_unknown: Option<&'static str>,
-    /// How its particles touch each other and those of other bodies; `None` where they do not.
+    /// How it meets other bodies and itself; `None` where it passes through all.
     pub touch: Option<Touching>,
 }
 
-/// How each of the particles of a body touches.
+/// How a body meets others.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Touching {
-    /// Radius, metres.
-    pub radius: f64,
-    /// Stiffness, newtons per metre.
-    pub stiffness: f64,
-    /// Damping, newton seconds per metre.
-    pub damping: f64,
+    /// Distance that it keeps on each side of its surface, metres.
+    pub thickness: f64,
     /// Coulomb's factor.
     pub friction: f64,
-    /// The number of triangles by which it touches.
-    pub triangles: usize,
+    /// Coefficient of restitution.
+    pub restitution: f64,
+    /// Whether it meets itself.
+    pub itself: bool,
 }
 
 /// A slow motion of a body.
@@ -198,7 +196,7 @@ fn inspect_body(scene: &Scene, body: &Body, joints: Joints) -> Result<Inspection
         fastest: simulation.fastest_mode().stiffness.sqrt() / TAU,
         slowest,
         slowest_unknown,
-        touch: scene.touch_of(body).map(touching),
+        touch: scene.shell_of(body).map(touching),
     })
 }
 
@@ -231,9 +229,9 @@ fn pulled(
     )
 }
 
-fn touching(touch: &Touch) -> Touching {
-    let &Touch { radius, stiffness, damping, friction, .. } = touch;
-    Touching { radius, stiffness, damping, friction, triangles: touch.triangles.len() }
+fn touching(shell: &Shell) -> Touching {
+    let &Shell { thickness, friction, restitution, itself, .. } = shell;
+    Touching { thickness, friction, restitution, itself }
 }
 
 /// The slowest motions of a body, or why they are not known.

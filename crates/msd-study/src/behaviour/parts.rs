@@ -1,6 +1,7 @@
 //! The parts of a model that can be left out, and the rows of a scene that each of them is.
 
 use msd_core::glam::DVec3;
+use msd_core::scene::any_meet;
 use msd_core::{Body, Scene, Spring};
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -66,7 +67,7 @@ impl Part {
             Part::Drag => scene.world.drag != 0.0,
             Part::Contact => {
                 let is_stopped = !scene.planes.is_empty() || !scene.solids.is_empty();
-                is_stopped || !scene.touches.is_empty() || !scene.shells.is_empty()
+                is_stopped || any_meet(&scene.shells)
             }
             Part::FaceDiagonals | Part::SpaceDiagonals | Part::BendingSprings => {
                 let mut found = springs.iter().flat_map(|rows| &scene.springs[rows.clone()]);
@@ -115,7 +116,6 @@ impl Part {
             Part::Drag => rest.world.drag = 0.0,
             Part::Contact => {
                 (rest.planes, rest.solids) = (Vec::new(), Vec::new());
-                rest.touches.clear();
                 rest.shells.clear();
             }
             Part::FaceDiagonals | Part::SpaceDiagonals | Part::BendingSprings => {

@@ -1,6 +1,7 @@
 //! The choices of one method worth trying, from the coarsest that is stable to finer ones.
 
 use crate::candidates::choice::{Choice, FRAME, Fineness};
+use msd_core::scene::any_meet;
 use msd_core::{Error, Integrator, Scene, Settings, Simulation};
 use msd_scene::Precision;
 
@@ -79,6 +80,6 @@ pub fn ladders(scene: &Scene) -> Result<Vec<Ladder>, Error> {
         let fewest = fewest(integrator);
         PRECISIONS.map(|precision| Ladder { integrator, precision, fewest })
     };
-    let is_able = |method: &Integrator| scene.shells.is_empty() || method.lets_shells_meet();
+    let is_able = |method: &Integrator| !any_meet(&scene.shells) || method.lets_shells_meet();
     Ok(Integrator::ALL.into_iter().filter(is_able).flat_map(each).collect())
 }

@@ -7,6 +7,7 @@ use crate::measure::errors::rms_distance;
 use crate::measure::leave::{Halt, Leave, ask, unstopped};
 use crate::quantity::rounded;
 use msd_core::glam::DVec3;
+use msd_core::scene::any_meet;
 use msd_core::{Error, Integrator, Scene, Settings, Simulation, State, Surface};
 use msd_scene::Precision;
 use serde::{Deserialize, Serialize};
@@ -307,7 +308,7 @@ const FIRST_PART: f64 = 0.25;
 /// The run that a tolerance stands for.
 pub(crate) fn exact(scene: &Scene, tolerance: f64) -> Result<Choice, Error> {
     let precision = Precision::F64;
-    if scene.shells.is_empty() {
+    if !any_meet(&scene.shells) {
         let fineness = Fineness::Tolerance(tolerance);
         return Ok(Choice { integrator: Integrator::DormandPrince, fineness, precision });
     }
@@ -344,7 +345,7 @@ pub(crate) fn visit_frames(
 /// Shells that meet are located to a substep, sooner or later by chance: one doubling may move them
 /// by far less than the next, but not by more than they go in two substeps.
 fn allowed(scene: &Scene, tolerance: f64, (size, states): (f64, &[Sample])) -> Result<f64, Error> {
-    if scene.shells.is_empty() {
+    if !any_meet(&scene.shells) {
         return Ok(tolerance * size);
     }
     let speeds = states.iter().flat_map(|sample| &sample.velocities).map(|v| v.length());
@@ -375,15 +376,14 @@ fn perturb(scene: &Scene, distance: f64) -> Scene {
     scene
 }
 
-/// Free fall: without springs, bends, volumes, obstacles, touches, shells, drag and air each
-/// particle follows its parabola.
+/// Free fall: without springs, bends, volumes, obstacles, shells, drag and air each particle
+/// follows its parabola.
 fn in_closed_form(scene: &Scene, frames: &[u64]) -> Option<Vec<Sample>> {
     let is_joined =
         !scene.springs.is_empty() || !scene.bends.is_empty() || !scene.volumes.is_empty();
     let is_stopped = !scene.planes.is_empty() || !scene.solids.is_empty();
     let is_dragged = scene.world.drag != 0.0 || scene.world.air.is_some();
-    let meet = !scene.touches.is_empty() || !scene.shells.is_empty();
-    if is_joined || is_stopped || meet || is_dragged {
+    if is_joined || is_stopped || any_meet(&scene.shells) || is_dragged {
         return None;
     }
     let start = Simulation::<f64>::new(scene, Settings::default()).ok()?.state();

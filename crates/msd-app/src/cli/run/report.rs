@@ -278,10 +278,8 @@ impl Crossed {
     /// The warning of it.
     pub fn warning(&self) -> String {
         format!(
-            "{} pairs of triangles of the surfaces cross at t = {}, the most that were seen; make \
-             what touches stiffer (`touch.stiffness`), its radius larger, or the bodies resist \
-             more: by stiffer springs, a sheet by `bending`; coarse ones touch better by their \
-             triangles (`touch.triangles = true`)",
+            "{} pairs of triangles of the surfaces cross at t = {}, the most that were seen; use \
+             more substeps, a larger `touch.thickness`, or a finer spacing",
             self.pairs,
             quantity(self.time, "s")
         )

@@ -6,7 +6,7 @@ use super::advice::appended;
 use super::prepare::warn_of_step;
 use super::report::{Chosen, Crossed, Gain};
 use msd_core::methods::Solved;
-use msd_core::stability::{Estimator, Mode};
+use msd_core::stability::Estimator;
 use msd_core::{Integrator, Settings, Witness};
 use msd_run::{
     Cells, Overturned, Pierced, Piercing, Runner, on, steps_between, steps_between_counts,
@@ -17,9 +17,6 @@ use msd_study::quantity::{quantity, rounded};
 const SHARE: f64 = 0.02;
 /// The largest share of the work of a run that counts of crossings may take.
 const COUNTS: f64 = 0.05;
-/// The least part of the limit by which touches grow from one prediction to the next.
-const GROWTH: f64 = 0.05;
-
 /// Predicts the longest stable substep every so many steps, and reads the energy after each.
 #[derive(Debug)]
 pub struct Watch {
@@ -29,8 +26,6 @@ pub struct Watch {
     least: (f64, f64),
     /// The prediction for the start, seconds.
     stable: f64,
-    /// What touched at the last prediction.
-    touched: Mode,
     witness: Witness,
     /// The most energy that was missing, joules.
     lost: f64,
@@ -44,7 +39,7 @@ pub struct Watch {
     pub substeps: u64,
     /// Whether user input, such as a moving pin, did work.
     is_handled: bool,
-    /// Pairs of particles that may have passed through each other before and since the start.
+    /// Substeps in which shells may have crossed, before and since the start.
     passes: [u64; 2],
     /// The most pairs of triangles that were seen to cross at once.
     pub crossed: Option<Crossed>,
@@ -72,7 +67,6 @@ impl Watch {
             every,
             least: (stable, runner.time()),
             stable,
-            touched: Mode::default(),
             witness: Witness::default(),
             lost: 0.0,
             gain: None,
@@ -226,8 +220,8 @@ impl Watch {
             });
         let passed = (0 < self.passes[1]).then(|| {
             format!(
-                "{} times two particles moved by more than their radii in a substep towards each \
-                 other and may have passed through{}; shorten the step",
+                "in {} substeps particles were too fast for all contacts between bodies to be \
+                 seen, and may have passed through{}; shorten the step",
                 self.passes[1],
                 if self.chosen.is_some() {
                     ", in the most substeps that are automatic"
@@ -257,22 +251,14 @@ impl Watch {
             .collect()
     }
 
-    /// Predicts if it is time to, or where so much more touches that the limit may have fallen
-    /// below the substep; what is known to be over the limit is not asked again.
+    /// Predicts if it is time to; what is known to be over the limit is not asked again.
     fn predict(&mut self, runner: &mut Runner) {
         let (least, _) = self.least;
         let explicit = Integrator::EXPLICIT.contains(&runner.integrator());
         let h = runner.settings().substep();
-        if !explicit || least < h {
+        if !explicit || least < h || !runner.steps().is_multiple_of(self.every) {
             return;
         }
-        let touching = runner.touching_mode();
-        let left = f64::max(1.0 - (h / least) * (h / least), GROWTH);
-        let is_grown = self.touched.share(h) + left < touching.share(h);
-        if !is_grown && !runner.steps().is_multiple_of(self.every) {
-            return;
-        }
-        self.touched = touching;
         let stable = runner.stable_substep_by(&mut self.estimator);
         if stable < least {
             self.least = (stable, runner.time());

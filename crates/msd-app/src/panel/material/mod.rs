@@ -168,10 +168,9 @@ fn material(ui: &mut Ui, session: &mut Session, made: Made) -> Rect {
 
 /// Whether the selected bodies touch each other and themselves.
 fn touch(ui: &mut Ui, Viewer { session, landmarks, .. }: &mut Viewer) {
-    let Some(TouchValues { mut on, radius, .. }) = session.touch_values() else { return };
-    let is_mixed = !on && radius.is_some();
-    let hover = "Particles have a radius and push each other: those of one body, and of others \
-                 that touch";
+    let TouchValues { mut on, thickness, .. } = session.touch_values();
+    let is_mixed = !on && thickness.is_some();
+    let hover = "The body meets itself and others that touch; otherwise it passes through them";
     let touch = Checkbox::new(&mut on, "Touch").indeterminate(is_mixed);
     let touch = ui.add(touch).on_hover_text(hover);
     landmarks.insert("touch", touch.rect);
@@ -182,16 +181,16 @@ fn touch(ui: &mut Ui, Viewer { session, landmarks, .. }: &mut Viewer) {
 
 /// How those of the selected bodies that touch do.
 fn touching(ui: &mut Ui, session: &mut Session) {
-    let Some(now) = session.touch_values() else { return };
-    let TouchValues { radius: Some(radius), stiffness: Some(stiffness), friction, .. } = now else {
+    let now = session.touch_values();
+    let TouchValues { thickness: Some(thickness), friction, restitution, .. } = now else {
         return;
     };
-    let (radius, _) = change(ui, ("Radius", "m"), radius, 1e-4..=1.0, 1e-4);
-    let (stiffness, _) = change(ui, ("Push", STIFFNESS), stiffness, 0.1..=1e6, 0.1);
+    let (thickness, _) = change(ui, ("Gap", "m"), thickness, 1e-5..=1.0, 1e-5);
     let friction = friction.and_then(|now| change(ui, ("Grip", ""), now, 0.0..=2.0, 0.0).0);
-    let edits = radius.map(TouchEdit::Radius).into_iter();
-    let edits = edits.chain(stiffness.map(TouchEdit::Stiffness));
-    edits.chain(friction.map(TouchEdit::Friction)).for_each(|edit| session.edit_touch(edit));
+    let restitution = restitution.and_then(|now| change(ui, ("Bounce", ""), now, 0.0..=1.0, 0.0).0);
+    let edits = thickness.map(TouchEdit::Thickness).into_iter();
+    let edits = edits.chain(friction.map(TouchEdit::Friction));
+    edits.chain(restitution.map(TouchEdit::Restitution)).for_each(|edit| session.edit_touch(edit));
 }
 
 /// Chooses a material by name, with its source; returns where that is.

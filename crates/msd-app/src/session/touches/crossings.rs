@@ -1,5 +1,4 @@
-//! Crossings of surfaces, counted at a bounded rate; pairs of particles that may have passed
-//! through each other, and solids that go through surfaces.
+//! Crossings of surfaces, counted at a bounded rate, and solids that go through surfaces.
 
 use crate::session::Session;
 use crate::session::clock::Frame;
@@ -64,7 +63,7 @@ impl Session {
         touches(self.runner())
     }
 
-    /// Pairs of particles that may have passed through each other since the start.
+    /// Substeps since the start in which bodies may have passed through each other.
     pub fn passes(&self) -> u64 {
         self.runner().passes()
     }

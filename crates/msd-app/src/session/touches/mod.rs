@@ -4,5 +4,5 @@ mod crossings;
 mod settings;
 
 pub(super) use crossings::CrossingCount;
-pub(super) use settings::touch_as;
-pub use settings::{TouchEdit, TouchValues, touch_rows, touches_of};
+pub(super) use settings::meet_as;
+pub use settings::{TouchEdit, TouchValues, shells_of};

@@ -2,10 +2,10 @@
 
 use crate::columns::extent::Records;
 use crate::columns::slots::Slots;
-use crate::columns::vector;
+use crate::columns::{Aligned, LANES, single, vector};
 use crate::number::{Real, Vector};
 use crate::obstacles::Obstacles;
-use crate::scene::shell::Shell;
+use crate::scene::shell::{Between, Shell, any_meet};
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 use fearless_simd::Level;
@@ -22,7 +22,8 @@ pub(super) struct Vertex {
     particle: u32,
 }
 
-/// An edge, by its vertices, the lower first, and the faces beside it.
+/// An edge, by its vertices, the lower first, and the faces beside it. A point is an edge from a
+/// vertex to itself.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Edge {
     pub(super) ends: [u32; 2],
@@ -42,6 +43,11 @@ pub(crate) struct Shells {
     rows: Vec<Shell>,
     /// The thickness of each, metres, and the root of its friction.
     laws: Vec<[f64; 2]>,
+    /// How two of them meet, where not as both say, in the order of the two.
+    between: Vec<([usize; 2], Between)>,
+    /// The largest coefficient of restitution.
+    pub(super) most_restitution: f64,
+    do_meet: bool,
     pub(super) vertices: Vec<Vertex>,
     pub(super) edges: Vec<Edge>,
     pub(super) faces: Vec<ShellFace>,
@@ -83,8 +89,7 @@ impl Shells {
         let mut shells = Shells::default();
         let (mut numbers, mut edges) = (BTreeMap::new(), BTreeMap::new());
         for (number, row) in rows.iter().enumerate() {
-            let particles = row.triangles.as_flattened().iter().chain(row.edges.as_flattened());
-            for &particle in particles {
+            for particle in row.particles() {
                 numbers.entry(particle).or_insert_with(|| {
                     let (at, shell) = (slots.at(particle) as u32, number as u32);
                     shells.vertices.push(Vertex { at, shell, particle: particle as u32 });
@@ -108,8 +113,21 @@ impl Shells {
             for ends in &row.edges {
                 shells.edge(ends.map(|end| numbers[&end]), &mut edges);
             }
+            for point in &row.points {
+                shells.edge([numbers[point]; 2], &mut edges);
+            }
         }
         let law = |row: &Shell| [row.thickness, Real::sqrt(row.friction)];
+        let between = |(last, row): (usize, &Shell)| {
+            let each = row.between.iter();
+            each.map(move |&between| ([between.shell, last], between)).collect::<Vec<_>>()
+        };
+        shells.between = rows.iter().enumerate().flat_map(between).collect();
+        shells.between.sort_unstable_by_key(|&(pair, _)| pair);
+        let of_pairs = shells.between.iter().filter_map(|(_, between)| between.restitution);
+        let restitutions = rows.iter().map(|row| row.restitution).chain(of_pairs);
+        shells.most_restitution = restitutions.fold(0.0, f64::max);
+        shells.do_meet = any_meet(&rows);
         shells.laws = rows.iter().map(law).collect();
         shells.rows = rows;
         shells.records = Records::new(shells.vertices.iter().map(|vertex| vertex.at));
@@ -126,6 +144,7 @@ impl Shells {
         for row in &mut rows {
             row.triangles.retain(|corners| !corners.iter().any(|&at| is_removed(at as u32)));
             row.edges.retain(|ends| !ends.iter().any(|&at| is_removed(at as u32)));
+            row.points.retain(|&at| !is_removed(at as u32));
         }
         *self = Shells::new(rows, slots);
     }
@@ -139,15 +158,17 @@ impl Shells {
     }
 
     fn join(&mut self) {
-        let ends = self.edges.iter().flat_map(|edge| [edge.ends, [edge.ends[1], edge.ends[0]]]);
+        let between = self.edges.iter().filter(|edge| edge.ends[0] != edge.ends[1]);
+        let ends = between.flat_map(|edge| [edge.ends, [edge.ends[1], edge.ends[0]]]);
         self.joined = ByVertex::new(self.vertices.len(), ends);
         let faces = (0..).zip(&self.faces);
         let corners = faces.flat_map(|(face, row)| row.corners.map(|corner| [corner, face]));
         self.faces_at = ByVertex::new(self.vertices.len(), corners);
     }
 
-    pub(crate) fn is_empty(&self) -> bool {
-        self.vertices.is_empty()
+    /// Whether any meets another or itself.
+    pub(crate) fn do_meet(&self) -> bool {
+        self.do_meet
     }
 
     /// The rows as written.
@@ -169,11 +190,39 @@ impl Shells {
         self.vertices[vertex as usize].shell as usize
     }
 
-    /// The distance at which the shells of two vertices stop each other, metres, and their
-    /// friction.
-    pub(super) fn law_of<R: Real>(&self, a: u32, b: u32) -> (R, R) {
-        let [[a, a_root], [b, b_root]] = [a, b].map(|vertex| self.laws[self.shell_of(vertex)]);
-        (R::of(a) + R::of(b), R::of(a_root * b_root))
+    /// The distance at which the shells of two vertices stop each other, metres.
+    pub(super) fn stop_of<R: Real>(&self, a: u32, b: u32) -> R {
+        let [a, b] = [a, b].map(|vertex| self.laws[self.shell_of(vertex)][0]);
+        R::of(a) + R::of(b)
+    }
+
+    /// Coulomb's factor and the coefficient of restitution of the shells of two vertices.
+    pub(super) fn law_of<R: Real>(&self, a: u32, b: u32) -> [R; 2] {
+        let [a, b] = [a, b].map(|vertex| self.shell_of(vertex));
+        let pair = [a.min(b), a.max(b)];
+        let found = self.between.binary_search_by_key(&pair, |&(pair, _)| pair);
+        let said = found.map_or(Between::default(), |at| self.between[at].1);
+        let restitution = || self.rows[a].restitution.max(self.rows[b].restitution);
+        [
+            R::of(said.friction.unwrap_or(self.laws[a][1] * self.laws[b][1])),
+            R::of(said.restitution.unwrap_or_else(restitution)),
+        ]
+    }
+
+    /// The thicknesses that count against obstacles, metres, a number for each slot, and the
+    /// largest; none where no shell's does.
+    pub(crate) fn radii_at_obstacles<R: Real>(&self, slots: &Slots) -> (Aligned<R>, R) {
+        if !self.rows.iter().any(|row| row.obstacles) {
+            return (Aligned::default(), R::ZERO);
+        }
+        let mut radii = Aligned::new(slots.record_count() * LANES, 28);
+        let mut largest = R::ZERO;
+        for row in self.rows.iter().filter(|row| row.obstacles) {
+            let radius = R::of(row.thickness);
+            row.particles().for_each(|particle| radii[single(slots.at(particle))] = radius);
+            largest = largest.max(radius);
+        }
+        (radii, largest)
     }
 
     /// The largest distance at which two shells stop each other, metres.

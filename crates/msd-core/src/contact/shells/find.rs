@@ -117,9 +117,8 @@ impl<'a, R: Real> Finder<'a, R> {
     #[inline(always)]
     fn row(&self, key: u64, sides: Sides<R>) -> Option<ContactRow<R>> {
         let Sides { vertices, weights } = sides;
-        let (stop, friction) = self.at.shells.law_of::<R>(vertices[0], vertices[3]);
-        let mut row =
-            ContactRow { key, vertices, weights, stop, friction, ..ContactRow::default() };
+        let stop = self.at.shells.stop_of::<R>(vertices[0], vertices[3]);
+        let mut row = ContactRow { key, vertices, weights, stop, ..ContactRow::default() };
         let way = row.relative(&self.patch.points);
         let square = way.dot(way);
         let most = stop + self.margin;
@@ -130,6 +129,7 @@ impl<'a, R: Real> Finder<'a, R> {
         row.normal = way * (R::ONE / distance);
         row.gap = distance - stop;
         row.mass = self.mass(&row)?;
+        [row.friction, row.restitution] = self.at.shells.law_of(vertices[0], vertices[3]);
         Some(row)
     }
 
@@ -223,7 +223,8 @@ impl<'a, R: Real> Finder<'a, R> {
         if row.turns {
             self.turn_one(&mut new, core::iter::once(row.turning));
         }
-        (new.push, new.rub) = (row.push, row.rub - new.normal * new.normal.dot(row.rub));
+        (new.push, new.parting) = (row.push, row.parting);
+        new.rub = row.rub - new.normal * new.normal.dot(row.rub);
         *row = new;
     }
 
@@ -243,7 +244,7 @@ impl<'a, R: Real> Finder<'a, R> {
         let shells = self.at.shells;
         let face = shells.faces[number as usize];
         let here = self.point(vertex);
-        let (stop, _) = shells.law_of::<R>(vertex, face.corners[0]);
+        let stop = shells.stop_of::<R>(vertex, face.corners[0]);
         let met = nearest::<R>(self.seen(number, here));
         let gap = met.square.sqrt() - stop;
         if self.margin <= gap {
@@ -285,7 +286,7 @@ impl<'a, R: Real> Finder<'a, R> {
         let [from, to] = [a, b].map(|end| self.point(end) - here);
         let part = part_of_edge::<R>(from, to);
         let way = from + (to - from) * part;
-        let (stop, _) = self.at.shells.law_of::<R>(vertex, a);
+        let stop = self.at.shells.stop_of::<R>(vertex, a);
         let gap = way.dot(way).sqrt() - stop;
         if self.margin <= gap {
             return gap;
@@ -323,7 +324,7 @@ impl<'a, R: Real> Finder<'a, R> {
     fn edges(&mut self, [a, b]: [u32; 2]) -> R {
         let shells = self.at.shells;
         let [own, other] = [a, b].map(|edge| shells.edges[edge as usize].ends);
-        let (stop, _) = shells.law_of::<R>(own[0], other[0]);
+        let stop = shells.stop_of::<R>(own[0], other[0]);
         let [p, q] = [own, other].map(|ends| ends.map(|end| self.point(end)));
         let is_inside = |parts: &[R; 2]| parts.iter().all(|&s| R::ZERO < s && s < R::ONE);
         let Some([s, t]) = self.parts([own, other]).filter(is_inside) else {

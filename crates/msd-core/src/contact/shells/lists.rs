@@ -210,7 +210,7 @@ impl<R: Real> Candidates<R> {
                     until: apart,
                     listed_to: apart,
                     margin: R::ZERO,
-                    stop: shells.law_of::<R>(first[0], first[1]).0,
+                    stop: shells.stop_of(first[0], first[1]),
                     features: 0..0,
                 }
             };

@@ -26,6 +26,21 @@ impl<R: Real> Patch<R> {
         self.inverse_masses.resize(count, R::ZERO);
     }
 
+    /// Sets the velocities before to those that are apart from the mean ones, which are set, by a
+    /// part of what those of the end are.
+    pub(super) fn set_before(
+        &mut self,
+        (shells, vertices): (&Shells, &[u32]),
+        ends: &[R],
+        part: R,
+    ) {
+        gather((shells, vertices), ends, &mut self.before);
+        for &vertex in vertices {
+            let (end, mean) = (&mut self.before[vertex as usize], self.velocities[vertex as usize]);
+            *end = mean + (*end - mean) * part;
+        }
+    }
+
     /// The means of the velocities of some vertices before a kick and now.
     pub(super) fn means(&mut self, vertices: &[u32]) -> &[R::Vec3] {
         for &vertex in vertices {

@@ -28,6 +28,9 @@ pub(super) struct ContactRow<R: Real> {
     /// The mass that both sides have along the normal, kilograms.
     pub(super) mass: R,
     pub(super) friction: R,
+    pub(super) restitution: R,
+    /// The speed at which both sides part once they met in this substep, metres per second.
+    pub(super) parting: R,
     /// The impulse given along the normal and across it, newton seconds.
     pub(super) push: R,
     pub(super) rub: R::Vec3,
@@ -82,6 +85,8 @@ impl<R: Real> Default for ContactRow<R> {
             carried: R::Vec3::ZERO,
             mass: R::ZERO,
             friction: R::ZERO,
+            restitution: R::ZERO,
+            parting: R::ZERO,
             push: R::ZERO,
             rub: R::Vec3::ZERO,
             booked: R::Vec3::ZERO,

@@ -94,7 +94,8 @@ impl<R: Real> ShellRows<R> {
         let shells = at.shells;
         let columns = [velocities, forces, at.inverse_masses];
         let square = at_level!(at.level, simd => spread(simd, shells, columns, length));
-        let margin = square.sqrt() * h * R::of(SPARE);
+        let spare = R::of(SPARE * (1.0 + shells.most_restitution));
+        let margin = square.sqrt() * h * spare;
         core::mem::swap(&mut self.rows, &mut self.last);
         self.rows.clear();
         // In a run that diverges nothing is near anything.
@@ -108,7 +109,7 @@ impl<R: Real> ShellRows<R> {
             return is_fast;
         }
         let columns = [positions, velocities, forces];
-        let times = (length, h * R::of(SPARE));
+        let times = (length, h * spare);
         let clusters = &self.lists.clusters;
         self.margins.set((at, clusters), columns, times, (&self.last, margin));
         let margins = (&self.margins, margin);
@@ -173,9 +174,14 @@ impl<R: Real> ShellRows<R> {
         (length, h): (R, R),
     ) -> Contacts {
         self.read_velocities(at, velocities, (forces, length));
+        if 0.0 < at.shells.most_restitution {
+            let Patch { velocities, before, .. } = &self.patch;
+            sweep::set_partings(&mut self.rows, [before, velocities], h / length);
+        }
         sweep::give(&self.rows, &mut self.patch.velocities, &self.patch.inverse_masses);
         self.sweep(at, h);
         let ShellRows { rows, lists, patch, .. } = self;
+        rows.iter_mut().for_each(|row| row.parting = R::ZERO);
         let vertices = (at.shells, &lists.vertices[..]);
         scatter(vertices, &patch.velocities, velocities);
         if sweep::part(rows, &mut patch.points, &patch.inverse_masses, h) {
@@ -223,39 +229,52 @@ impl<R: Real> ShellRows<R> {
 
     /// Corrects the outcome of a substep in the stages of which these forces acted, by its mean
     /// velocities, which are set, and then its last ones.
+    ///
+    /// What is added to impulses acts as if it were given at the start; where `is_late`, the mean
+    /// velocities are those of the start, and it is felt at the end alone.
     pub(crate) fn end(
         &mut self,
         at: &At<'_, R>,
         [positions, velocities]: [&mut [R]; 2],
-        h: R,
+        (h, is_late): (R, bool),
     ) -> Contacts {
         self.rows.iter_mut().for_each(|row| row.booked = row.impulse());
+        let vertices = (at.shells, &self.lists.vertices[..]);
+        let mut contacts = Contacts::default();
+        if is_late {
+            self.patch.set_before(vertices, velocities, R::HALF);
+            contacts += sweep::work_of_stages(&self.rows, &self.patch.before);
+        }
+        self.patch.set_before(vertices, velocities, if is_late { R::ONE } else { -R::ONE });
+        if 0.0 < at.shells.most_restitution {
+            let Patch { velocities: means, before, .. } = &self.patch;
+            let (start, then) = if is_late { (means, before) } else { (before, means) };
+            let shorter = if is_late { R::ONE } else { R::ONE + R::ONE };
+            sweep::set_partings(&mut self.rows, [start, then], shorter);
+        }
         self.sweep(at, h);
         let ShellRows { rows, lists, patch, .. } = self;
-        let Patch { points, velocities: now, before, inverse_masses } = patch;
         let vertices = (at.shells, &lists.vertices[..]);
-        before.copy_from_slice(now);
-        gather(vertices, velocities, now);
-        gather(vertices, positions, points);
-        for row in rows.iter_mut() {
-            let change = row.impulse() - row.booked;
-            if change != R::Vec3::ZERO {
-                row.give(now, inverse_masses, change);
-                row.give(points, inverse_masses, change * h);
-            }
-            row.booked = R::Vec3::ZERO;
+        if !is_late {
+            contacts += sweep::work_of_stages(rows, &patch.velocities);
         }
-        let contacts = sweep::work(rows, before);
-        sweep::part(rows, points, inverse_masses, h);
-        scatter(vertices, points, positions);
+        sweep::add(rows, &mut patch.before, &patch.inverse_masses, R::HALF);
+        contacts += sweep::work(rows, &patch.before);
+        gather(vertices, velocities, &mut patch.velocities);
+        gather(vertices, positions, &mut patch.points);
+        sweep::add(rows, &mut patch.velocities, &patch.inverse_masses, R::ONE);
+        sweep::add(rows, &mut patch.points, &patch.inverse_masses, h);
+        sweep::part(rows, &mut patch.points, &patch.inverse_masses, h);
+        scatter(vertices, &patch.points, positions);
         self.follow(at);
         let ShellRows { rows, lists, patch, .. } = self;
-        let Patch { velocities: now, before, inverse_masses, .. } = patch;
-        before.copy_from_slice(now);
+        patch.before.copy_from_slice(&patch.velocities);
         rows.iter_mut().for_each(|row| row.booked = row.impulse());
-        sweep::hold(rows, now, inverse_masses);
-        scatter((at.shells, &lists.vertices), now, velocities);
-        contacts + sweep::work(rows, patch.means(&lists.vertices))
+        sweep::hold(rows, &mut patch.velocities, &patch.inverse_masses);
+        scatter((at.shells, &lists.vertices), &patch.velocities, velocities);
+        let held = sweep::work(rows, patch.means(&lists.vertices));
+        rows.iter_mut().for_each(|row| row.booked = R::Vec3::ZERO);
+        contacts + held
     }
 
     /// Corrects the impulses of the rows for a drift of h seconds.

@@ -15,7 +15,6 @@ pub(crate) mod matrix;
 use crate::columns::slots::Slots;
 use crate::columns::threads::merge_shares;
 use crate::columns::{Aligned, LANES, single};
-use crate::elements::touches::near::Near;
 use crate::elements::{
     ColumnProducts, Derivatives, Element, Force, ForceWork, MatrixSums, Moment, Motion, Products,
     Projection, Stage, Vectors,
@@ -309,7 +308,7 @@ impl<R: Real> Element<R> for Springs<R> {
     fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
         let mut work = ForceWork::new(self, motion.slots);
         let level = Instructions::best().level();
-        let moment = Moment { level, motion: *motion, inverse_masses: &[] };
+        let moment = Moment { level, motion: *motion };
         Force::add_forces(self, &moment, &mut work, forces.numbers)
     }
 
@@ -360,11 +359,11 @@ impl<R: Real> Force<R> for Springs<R> {
         merge_shares(&**power, &sum_share, &|low, high| low + high)
     }
 
-    fn energy_and_pulls(&self, moment: &Moment<'_, R>, _: &Near<R>) -> [f64; 3] {
+    fn energy_and_pulls(&self, moment: &Moment<'_, R>) -> [f64; 3] {
         self.stored(&moment.motion)
     }
 
-    fn differentiate(&self, moment: &Moment<'_, R>, _: &mut Near<R>, to: &mut Derivatives) {
+    fn differentiate(&self, moment: &Moment<'_, R>, to: &mut Derivatives) {
         let springs = self.present();
         to.springs.clear();
         to.springs.extend(springs.map(|(spring, _)| self.tangent(&moment.motion, spring)));

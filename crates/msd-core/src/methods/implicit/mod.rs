@@ -207,7 +207,7 @@ fn improve<R: Real>(
     let Columns { positions, velocities } = stage;
     let motion = Motion { slots: &model.slots, positions, velocities: &*velocities, time };
     let stage = Stage { moment: model.moment(level, motion), tau };
-    tangent.linearise(model, &stage, &mut step.scratch.work.near);
+    tangent.linearise(model, &stage);
     solve.changes.fill(R::ZERO);
     let before = &*step.state.velocities;
     let set_residuals = |forces: &[R], residuals: &mut [R]| {

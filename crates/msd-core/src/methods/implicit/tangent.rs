@@ -1,7 +1,6 @@
 //! The matrix of an implicit stage, A = M − τ ∂f/∂v − τ² ∂f/∂x, and the inverses of its blocks.
 
 use crate::columns::{Aligned, LANES, RECORD, add_vector, vector};
-use crate::elements::touches::near::Near;
 use crate::elements::{
     Block, Blocks, ColumnProducts, Element, MatrixSums, MatrixWork, Products, Stage, column,
 };
@@ -14,7 +13,7 @@ use glam::DVec3;
 ///
 /// For springs see [`SpringMatrix`](crate::elements::springs::matrix::SpringMatrix). Bends add
 /// their products, which depend on the stage by their damping alone; volumes add theirs without the
-/// turn of their gradients, touches theirs without what buckles. Drag adds its factor times τ. A
+/// turn of their gradients. Drag adds its factor times τ. A
 /// grab adds τ² k + τ b, but nothing at its largest force, which is taken as constant. User-defined
 /// elements supply their products.
 #[derive(Clone, Debug)]
@@ -48,7 +47,7 @@ impl<R: Real> Tangent<R> {
     }
 
     /// Overwrites the matrix with that about a stage.
-    pub(crate) fn linearise(&mut self, model: &Model<R>, stage: &Stage<'_, R>, near: &mut Near<R>) {
+    pub(crate) fn linearise(&mut self, model: &Model<R>, stage: &Stage<'_, R>) {
         let Tangent { inner, diagonals, inverses: [upper, lower], other } = self;
         let level = stage.moment.level;
         let records = diagonals.as_chunks_mut::<RECORD>().0.iter_mut();
@@ -57,7 +56,7 @@ impl<R: Real> Tangent<R> {
         }
         model.single().into_iter().for_each(|kind| kind.add_diagonals(stage, diagonals));
         at_level!(level, _simd => set_blocks(diagonals, upper, lower));
-        let mut sums = MatrixSums { work: inner, near, blocks: [&mut **upper, &mut **lower] };
+        let mut sums = MatrixSums { work: inner, blocks: [&mut **upper, &mut **lower] };
         model.inner().into_iter().for_each(|kind| kind.linearise(stage, &mut sums));
         for element in model.other().into_iter().filter_map(|kind| kind.element()) {
             other.add_blocks(element, stage, [upper, lower]);

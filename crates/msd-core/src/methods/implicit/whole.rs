@@ -1,6 +1,6 @@
 //! Coarse space of the implicit solve: translations of whole bodies, which no tolerance may lose.
 //!
-//! Springs, bends, volumes and touches push no body as a whole: for particles held together by
+//! Springs, bends and volumes push no body as a whole: for particles held together by
 //! these, the product of the matrix with a translation c is D c, with D the masses, drag and grabs.
 //! So the sum that a solve has to reach is known beforehand, Σ r = Σ D δu, and c = Σ (r − D δu) /
 //! Σ D is the translation that a δu lacks. Conjugate gradients find it last of all, and in single
@@ -21,7 +21,7 @@ use core::ops::Range;
 use fearless_simd::Level;
 use glam::DVec3;
 
-/// Particles that springs, bends, volumes and touches join to each other and to no others, two or
+/// Particles that springs, bends and volumes join to each other and to no others, two or
 /// more: one alone is solved by its block.
 #[derive(Clone, Debug, Default)]
 struct Whole {
@@ -56,7 +56,7 @@ pub(crate) struct Wholes {
     /// The row of each particle, by the number of its slot.
     row_of: Vec<u32>,
     /// The rows of each kind that there were when bodies were sought.
-    joints: Option<[usize; 4]>,
+    joints: Option<[usize; 3]>,
     /// Whether the changes are zero yet.
     is_fresh: bool,
 }

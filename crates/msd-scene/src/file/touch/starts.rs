@@ -1,6 +1,6 @@
 //! Notes on bodies that start inside obstacles and inside each other.
 
-use super::own;
+use super::spacing_of;
 use crate::error::{FileError, plain};
 use crate::file::obstacles::{short, told};
 use crate::file::tree::Source;
@@ -8,9 +8,8 @@ use crate::mesh::Inside;
 use crate::nearby::Nearest;
 use glam::DVec3;
 use msd_core::obstacles::{Obstacle, Placed};
-use msd_core::scene::{Shell, do_meet, do_touch};
-use msd_core::{Body, Scene, Touch};
-use std::borrow::Cow;
+use msd_core::scene::{Shell, do_meet};
+use msd_core::{Body, Scene};
 use std::collections::BTreeSet;
 
 /// How deep particles may start inside an obstacle without a line, as a part of their spacing: they
@@ -42,8 +41,8 @@ pub(crate) fn started_inside(source: &Source<'_>, scene: &Scene) -> Result<Vec<S
 /// The radius that counts at obstacles of each particle, metres; `None` where it is pinned.
 fn radii_at_obstacles(scene: &Scene) -> Vec<Option<f64>> {
     let mut radii = vec![Some(0.0); scene.particles.len()];
-    for touch in scene.touches.iter().filter(|touch| touch.obstacles) {
-        touch.particles.iter().for_each(|&particle| radii[particle] = Some(touch.radius));
+    for shell in scene.shells.iter().filter(|shell| shell.obstacles) {
+        shell.particles().for_each(|particle| radii[particle] = Some(shell.thickness));
     }
     scene.pins.iter().for_each(|pin| radii[pin.particle] = None);
     radii
@@ -84,7 +83,7 @@ fn inside(
             }
         }
         let particles: Vec<usize> = body.particles.clone().collect();
-        let dent = own(scene, row, &particles).spacing.map_or(0.0, |spacing| DENT * spacing);
+        let dent = spacing_of(scene, row, &particles).map_or(0.0, |spacing| DENT * spacing);
         if dent < deepest {
             notes.push(format!(
                 "{} starts inside {key} with {count} of its {} particles, up to {} m deep: a run \
@@ -112,9 +111,8 @@ const CORNER: f64 = 0.1;
 /// are pinned. Those with a link are meant to be where they are.
 pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
     let positions: Vec<DVec3> = scene.particles.iter().map(|row| row.position).collect();
-    let balls = scene.touches.iter().map(|touch| Outside::of_balls(scene, touch, &positions));
-    let shells = scene.shells.iter().map(|shell| Outside::of_shell(scene, shell, &positions));
-    let rows: Vec<Outside<'_>> = balls.chain(shells).collect();
+    let shells = scene.shells.iter().map(|shell| Outside::new(scene, shell, &positions));
+    let rows: Vec<Outside<'_>> = shells.collect();
     let pairs = meeting(scene, &rows);
     if pairs.is_empty() {
         return Vec::new();
@@ -146,12 +144,11 @@ pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
             if CORNER * (particles.len() as f64) < f64::from(count) {
                 notes.push(format!(
                     "{} starts inside {} with {count} of the {} particles by which it touches, up \
-                     to about {} m deep: they {}",
+                     to about {} m deep: they stay in each other: move one of them",
                     rows[inner].name,
                     rows[outer].name,
                     particles.len(),
                     told(deepest),
-                    rows[inner].outcome,
                 ));
                 break;
             }
@@ -162,11 +159,9 @@ pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
 
 /// The particles by which a body touches.
 struct Outside<'s> {
-    particles: Cow<'s, [usize]>,
-    /// Their radius, or the thickness of their surface, metres.
+    particles: Vec<usize>,
+    /// The thickness that they keep, metres.
     radius: f64,
-    /// What becomes of it in another.
-    outcome: &'static str,
     name: &'s str,
     places: Vec<DVec3>,
     /// The triangles of its surface where that is closed, else none.
@@ -177,25 +172,9 @@ struct Outside<'s> {
 }
 
 impl<'s> Outside<'s> {
-    fn of_balls(scene: &'s Scene, touch: &'s Touch, positions: &[DVec3]) -> Self {
-        let outcome = "push each other apart at once";
-        let particles = Cow::Borrowed(&touch.particles[..]);
-        Outside::new(scene, (particles, touch.radius, outcome), positions)
-    }
-
-    fn of_shell(scene: &'s Scene, shell: &'s Shell, positions: &[DVec3]) -> Self {
-        let corners = shell.triangles.as_flattened().iter().chain(shell.edges.as_flattened());
-        let particles: BTreeSet<usize> = corners.copied().collect();
-        let outcome = "stay in each other: move one of them";
-        let particles = Cow::Owned(particles.into_iter().collect());
-        Outside::new(scene, (particles, shell.thickness, outcome), positions)
-    }
-
-    fn new(
-        scene: &'s Scene,
-        (particles, radius, outcome): (Cow<'s, [usize]>, f64, &'static str),
-        positions: &[DVec3],
-    ) -> Self {
+    fn new(scene: &'s Scene, shell: &Shell, positions: &[DVec3]) -> Self {
+        let particles: BTreeSet<usize> = shell.particles().collect();
+        let (particles, radius) = (Vec::from_iter(particles), shell.thickness);
         let places: Vec<DVec3> = particles.iter().map(|&row| positions[row]).collect();
         let around = DVec3::splat(radius);
         let low = places.iter().copied().reduce(DVec3::min).unwrap_or_default() - around;
@@ -204,7 +183,7 @@ impl<'s> Outside<'s> {
         let body = scene.bodies.partition_point(|body| body.particles.end <= first);
         let Body { name, surface, .. } = &scene.bodies[body];
         let closed = if surface.two_sided { Vec::new() } else { surface.particles().collect() };
-        Outside { particles, radius, outcome, name, places, closed, low, high }
+        Outside { particles, radius, name, places, closed, low, high }
     }
 
     fn meets(&self, other: &Outside<'_>) -> bool {
@@ -226,20 +205,10 @@ fn meeting(scene: &Scene, rows: &[Outside<'_>]) -> Vec<[usize; 2]> {
         let beside = beside.take_while(|&&other| rows[other].low.x <= rows[row].high.x);
         let meeting = beside.filter(|&&other| rows[row].meets(&rows[other]));
         let pair = meeting.map(|&other| [row.min(other), row.max(other)]);
-        pairs.extend(pair.filter(|&pair| may_meet(scene, pair)));
+        pairs.extend(pair.filter(|&pair| do_meet(&scene.shells, pair)));
     }
     pairs.sort_unstable();
     pairs
-}
-
-/// Whether two rows stop each other: touches, and after them shells.
-fn may_meet(scene: &Scene, [first, second]: [usize; 2]) -> bool {
-    let balls = scene.touches.len();
-    match (first.checked_sub(balls), second.checked_sub(balls)) {
-        (None, None) => do_touch(&scene.touches, [first, second]),
-        (Some(first), Some(second)) => do_meet(&scene.shells, [first, second]),
-        _ => false,
-    }
 }
 
 /// The ends of the springs that belong to no body.
