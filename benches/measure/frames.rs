@@ -268,5 +268,5 @@ fn moment(simulation: &Simulation) -> Moment {
     let state = AnyState::F32(simulation.state());
     let substeps = simulation.settings().substeps;
     let (steps, ledger) = (simulation.steps(), simulation.ledger());
-    Moment { state, steps, ledger, substeps }
+    Moment { state, steps, ledger, substeps, impulses: Vec::new() }
 }

@@ -4,10 +4,11 @@ use super::numbers::{any, decade, index, positive, vector};
 use arbitrary::{Result, Unstructured};
 use core::ops::Range;
 use msd_core::glam::DVec3;
+use msd_core::scene::Between;
 use msd_core::scene::solid::rotation;
 use msd_core::{
-    Air, Bend, Between, Body, Corner, DistanceGrid, Friction, Gust, Integrator, KeyFrame, Particle,
-    Pin, Plane, Scene, Settings, Shape, Solid, Spring, Surface, Touch, Volume, World,
+    Air, Bend, Body, Corner, DistanceGrid, Friction, Gust, Integrator, KeyFrame, Particle, Pin,
+    Plane, Scene, Settings, Shape, Shell, Solid, Spring, Surface, Volume, World,
 };
 use std::sync::Arc;
 
@@ -60,7 +61,7 @@ pub fn scene(u: &mut Unstructured) -> Result<Scene> {
         scene.bodies.push(sail(u, particles as u32)?);
     }
     if u.ratio(1, 3)? {
-        touches(u, particles, &mut scene)?;
+        shells(u, particles, &mut scene)?;
     }
     for _ in 0..u.int_in_range(0..=2)? {
         let mut particle = || index(u, particles);
@@ -94,41 +95,43 @@ fn sail(u: &mut Unstructured, particles: u32) -> Result<Body> {
     Ok(Body { name: "sail".into(), surface, ..Body::default() })
 }
 
-/// Lets the first particles touch, in one row or two.
-fn touches(u: &mut Unstructured, particles: usize, scene: &mut Scene) -> Result<()> {
+/// Lets the first particles meet, in one shell or two.
+fn shells(u: &mut Unstructured, particles: usize, scene: &mut Scene) -> Result<()> {
     let cut = index(u, particles + 1)?.min(particles);
     for particles in [0..cut, cut..particles] {
-        let ignored = if u.ratio(1, 4)? { (0..scene.touches.len()).collect() } else { Vec::new() };
-        let (radius, stiffness) = (decade(u)?.abs(), positive(u)?);
-        let (damping, friction) = (positive(u)?, positive(u)?);
+        let ignored = if u.ratio(1, 4)? { (0..scene.shells.len()).collect() } else { Vec::new() };
+        let (thickness, friction) = (decade(u)?.abs(), positive(u)?);
         let flags: u8 = u.arbitrary()?;
-        // A strip of them.
-        let last = if flags & 4 != 0 { particles.end } else { 0 };
-        let triangles = (particles.start + 2..last).map(|third| [third - 2, third - 1, third]);
-        let mut between = Vec::new();
-        for row in 0..scene.touches.len() {
-            let mut number = || if u.arbitrary()? { positive(u).map(Some) } else { Ok(None) };
-            let (stiffness, damping, friction) = (number()?, number()?, number()?);
-            between.push(Between { row, stiffness, damping, friction });
-        }
-        scene.touches.push(Touch {
-            particles: particles.collect(),
-            radius,
-            stiffness,
-            damping,
+        let mut shell = Shell {
+            thickness,
             friction,
-            triangles: triangles.collect(),
+            restitution: f64::from(u.arbitrary::<u8>()?) / 255.0,
             itself: flags & 1 != 0,
             obstacles: flags & 2 != 0,
             ignored,
-            between,
-        });
+            ..Shell::default()
+        };
+        // A strip, a rope or points of them.
+        match flags >> 2 & 3 {
+            0 => shell.points = particles.clone().collect(),
+            1 => shell.edges = particles.clone().skip(1).map(|end| [end - 1, end]).collect(),
+            _ => {
+                let thirds = particles.clone().skip(2);
+                shell.triangles = thirds.map(|third| [third - 2, third - 1, third]).collect();
+            }
+        }
+        for row in 0..scene.shells.len() {
+            let friction = if u.arbitrary()? { Some(positive(u)?) } else { None };
+            let restitution = if u.arbitrary()? { Some(0.5) } else { None };
+            shell.between.push(Between { shell: row, friction, restitution });
+        }
+        if u.arbitrary()? && !particles.is_empty() {
+            shell.exempt.push([particles.start, particles.end - 1]);
+        }
+        scene.shells.push(shell);
         if u.arbitrary()? {
             break;
         }
-    }
-    if u.arbitrary()? {
-        scene.exempt.push([index(u, particles)?, index(u, particles)?]);
     }
     Ok(())
 }
@@ -151,13 +154,13 @@ pub(crate) fn spoil(scene: &mut Scene, choice: u8) {
         4 => scene.bodies.push(body(0..1, surface(corners(u32::MAX), Vec::new()))),
         5 => scene.bodies.push(body(0..1, surface(corners(0), vec![[0, 0, 1]]))),
         6 => scene.bodies.push(body(0..1, surface(corners(0), vec![[0, 0, 0]]))),
-        7 => scene.exempt.push([0, usize::MAX]),
-        8 => scene.touches.iter_mut().for_each(|row| row.particles.push(usize::MAX)),
-        9 => scene.touches.iter_mut().for_each(|row| row.triangles.push([0, 0, usize::MAX])),
-        10 => scene.touches.iter_mut().for_each(|row| row.ignored.push(7)),
+        7 => scene.shells.iter_mut().for_each(|row| row.exempt.push([0, usize::MAX])),
+        8 => scene.shells.iter_mut().for_each(|row| row.points.push(usize::MAX)),
+        9 => scene.shells.iter_mut().for_each(|row| row.triangles.push([0, 0, usize::MAX])),
+        10 => scene.shells.iter_mut().for_each(|row| row.ignored.push(7)),
         11 => {
-            let between = Between { row: 7, ..Between::default() };
-            scene.touches.iter_mut().for_each(|row| row.between.push(between));
+            let between = Between { shell: 7, ..Between::default() };
+            scene.shells.iter_mut().for_each(|row| row.between.push(between));
         }
         _ => (),
     }

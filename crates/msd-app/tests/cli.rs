@@ -344,13 +344,12 @@ fn inspect_prints_what_a_body_amounts_to_and_refuses_what_is_no_scene() {
     let bunny = quiet(msd(path, &["inspect", "bunny"]));
     assert!(bunny.contains("volume") && bunny.contains("bunny.obj: "), "{bunny}");
     assert!(refused(msd(path, &["inspect", "gel.tml"]), 2).contains("gel.tml"));
-    assert!(body["touch"].is_null() && !text.contains("touches"), "{text}");
+    assert!(body["touch"].is_null() && !text.contains("thickness"), "{text}");
     let touching = "version = 1\n[[bodies]]\nkind = 'cloth'\nsize = [3, 3]\nspacing = 0.1\n\
-                    stiffness = 80\ntouch = { stiffness = 30, damping = 0.5, triangles = true }\n";
+                    stiffness = 80\ntouch = { restitution = 0.25 }\n";
     std::fs::write(path.join("touch.toml"), touching).expect("a file");
     let told = quiet(msd(path, &["inspect", "touch.toml"]));
-    let line = "touches by particles of radius 0.045 m, stiffness 30 N/m, damping 0.5 N s/m, \
-                friction 0.5, and by 8 triangles";
+    let line = "meets itself and others at a thickness of 0.01 m, friction 0.5, restitution 0.25";
     assert!(told.contains(line), "{told}");
-    is_near(&json(msd(path, &["inspect", "touch.toml"]))["bodies"][0]["touch"]["radius"], 0.045);
+    is_near(&json(msd(path, &["inspect", "touch.toml"]))["bodies"][0]["touch"]["thickness"], 0.01);
 }

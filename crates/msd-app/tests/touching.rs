@@ -1,5 +1,4 @@
-//! Settings of touching in the window, and what is told of particles and surfaces that pass through
-//! each other.
+//! Settings of touching in the window, and what is told of surfaces that pass through each other.
 
 #[path = "common/frames.rs"]
 mod frames;
@@ -11,15 +10,16 @@ use egui_kittest::kittest::Queryable;
 use frames::{frame, loaded, run, session};
 use msd_app::panel::theme;
 use msd_app::session::{
-    Deed, MarkKind, MaterialEdit, MixedValue, Session, TouchEdit, Tuning, touches_of,
+    Deed, MarkKind, MaterialEdit, MixedValue, Session, TouchEdit, Tuning, shells_of,
 };
 use msd_app::viewer::{Command, Viewer, catalogue};
-use msd_core::{Between, Select, Touch};
+use msd_core::scene::Between;
+use msd_core::{Select, Shell};
 use msd_run::Runner;
-use msd_scene::{default_touch, open, state_hash};
+use msd_scene::{default_shell, open, state_hash};
 
-fn rows(session: &Session) -> &[Touch] {
-    touches_of(session.runner()).0
+fn rows(session: &Session) -> &[Shell] {
+    shells_of(session.runner())
 }
 
 fn first(value: Option<MixedValue>) -> f64 {
@@ -31,50 +31,47 @@ fn bodies_touch_as_a_scene_file_would_have_it_from_the_click_on() {
     let mut session = session("cloth");
     run(&mut session, 5);
     let (state, before) = (state_hash(&session.runner().state()), session.touch_values());
-    assert_eq!(before.map(|values| (values.on, values.radius)), Some((false, None)));
+    assert_eq!((before.on, before.thickness), (false, None));
     session.edit_touch(TouchEdit::On(true));
     assert_eq!(session.refusal(), None);
-    let by_default = default_touch(&session.loaded().scene, 0).expect("it has springs");
+    let by_default = default_shell(&session.loaded().scene, 0).expect("it has springs");
     assert_eq!(rows(&session), [by_default]);
     assert_eq!(state_hash(&session.runner().state()), state, "nothing moves by it");
-    assert!(session.touch_values().expect("a body").on && session.is_touch_edited());
+    assert!(session.touch_values().on && session.is_touch_edited());
     // One after the other is undone, and done again, and the motion goes on.
-    let radius = first(session.touch_values().expect("a body").radius);
+    let thickness = first(session.touch_values().thickness);
     run(&mut session, 80);
-    session.edit_touch(TouchEdit::Radius(0.5 * radius));
+    session.edit_touch(TouchEdit::Thickness(0.5 * thickness));
     run(&mut session, 80);
     session.edit_touch(TouchEdit::Friction(0.125));
-    assert_eq!(session.undoes(), Some(Deed::Edit("friction of touches")));
+    assert_eq!(session.undoes(), Some(Deed::Edit("friction between bodies")));
     session.undo();
     session.undo();
-    let values = session.touch_values().expect("a body");
-    assert_eq!((first(values.radius), first(values.friction)), (radius, 0.5));
+    let values = session.touch_values();
+    assert_eq!((first(values.thickness), first(values.friction)), (thickness, 0.5));
     session.undo();
     assert!(rows(&session).is_empty() && !session.is_touch_edited());
     (0..3).for_each(|_| session.redo());
-    let values = session.touch_values().expect("a body");
-    assert_eq!((first(values.radius), first(values.friction)), (0.5 * radius, 0.125));
+    let values = session.touch_values();
+    assert_eq!((first(values.thickness), first(values.friction)), (0.5 * thickness, 0.125));
     // A restart keeps what was set, the reset gives back the scene.
     session.restart();
-    assert_eq!(session.touch_values(), Some(values));
+    assert_eq!(session.touch_values(), values);
     session.reset_material();
     assert!(rows(&session).is_empty() && session.runner().steps() == 0);
 }
 
 #[test]
-fn the_damping_of_a_touch_goes_with_its_stiffness_and_a_radius_is_bounded() {
+fn a_thickness_is_bounded_and_a_refused_one_changes_nothing() {
     let mut session = session("drape");
-    let written = rows(&session)[0].clone();
-    session.edit_touch(TouchEdit::Stiffness(3.0 * written.stiffness));
-    let now = &rows(&session)[0];
-    assert_eq!(now.stiffness, 3.0 * written.stiffness);
-    assert!((now.damping - 3.0 * written.damping).abs() <= 1e-12 * now.damping);
-    session.edit_touch(TouchEdit::Radius(1.0));
-    let widest = 2.0 * default_touch(&session.loaded().scene, 0).expect("it has springs").radius;
-    assert_eq!(rows(&session)[0].radius, widest);
+    session.edit_touch(TouchEdit::Thickness(1.0));
+    let by_default = default_shell(&session.loaded().scene, 0).expect("it has springs");
+    assert_eq!(rows(&session)[0].thickness, 4.0 * by_default.thickness);
+    session.edit_touch(TouchEdit::Restitution(0.5));
+    assert_eq!(rows(&session)[0].restitution, 0.5);
     let before = rows(&session).to_vec();
-    session.edit_touch(TouchEdit::Radius(-1.0));
-    assert!(session.refusal().is_some_and(|why| why.contains("radius")));
+    session.edit_touch(TouchEdit::Thickness(-1.0));
+    assert!(session.refusal().is_some_and(|why| why.contains("thickness")));
     assert_eq!(rows(&session), before, "what is refused changes nothing");
 }
 
@@ -83,13 +80,13 @@ fn one_body_of_many_is_set_and_those_that_pass_through_it_still_do() {
     let text = "version = 1\n[[bodies]]\nname = 'a'\nkind = 'rope'\nsize = [4]\ntouch = {}\n\
                 [[bodies]]\nname = 'b'\nkind = 'rope'\nsize = [4]\nposition = [0, 1, 0]\n\
                 [[bodies]]\nname = 'c'\nkind = 'rope'\nsize = [4]\nposition = [0, 2, 0]\n\
-                touch = { ignore = ['a'], radius = 0.25 }\n";
+                touch = { ignore = ['a'], thickness = 0.25 }\n";
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("three.toml");
     std::fs::write(&path, text).expect("a file");
     let mut session = Session::new(open(&path).expect("a scene")).expect("a valid scene");
-    let values = session.touch_values().expect("bodies");
-    assert!(!values.on && values.radius.is_some_and(|radius| radius.mixed));
+    let values = session.touch_values();
+    assert!(!values.on && values.thickness.is_some_and(|thickness| thickness.mixed));
     assert_eq!(rows(&session)[1].ignored, [0]);
     session.select(Select::Body(1));
     session.edit_touch(TouchEdit::On(true));
@@ -102,7 +99,7 @@ fn one_body_of_many_is_set_and_those_that_pass_through_it_still_do() {
     session.edit_touch(TouchEdit::On(true));
     assert_eq!(rows(&session)[2].ignored, [0]);
     let first = rows(&session)[0].clone();
-    assert_eq!((first.radius, first.particles), (0.45, (0..4).collect()));
+    assert_eq!((first.thickness, first.edges), (0.1, vec![[0, 1], [1, 2], [2, 3]]));
 }
 
 #[test]
@@ -118,7 +115,7 @@ fn what_stands_between_two_bodies_stays_while_both_touch() {
     let between = |session: &Session| -> Vec<Between> {
         rows(session).iter().flat_map(|row| row.between.clone()).collect()
     };
-    let written = [Between { row: 0, friction: Some(0.125), ..Between::default() }];
+    let written = [Between { shell: 0, friction: Some(0.125), ..Between::default() }];
     assert_eq!(between(&session), written);
     session.edit_touch(TouchEdit::Friction(0.75));
     assert_eq!((rows(&session)[1].friction, &between(&session)[..]), (0.75, &written[..]));
@@ -136,19 +133,18 @@ fn a_run_whose_touches_were_set_is_that_of_the_scene_that_is_saved_of_it() {
         let mut viewer = Viewer::new(loaded(scene), catalogue()).expect("a valid scene");
         viewer.folder = folder.path().to_owned();
         let session = &mut viewer.session;
-        // Springs that differ give another default: it is written all the same.
         session.edit(MaterialEdit::Damping(0.25));
         session.edit_touch(TouchEdit::On(true));
         session.edit_touch(TouchEdit::Friction(0.25));
-        let radius = first(session.touch_values().expect("bodies").radius);
-        session.edit_touch(TouchEdit::Radius(0.75 * radius));
+        let thickness = first(session.touch_values().thickness);
+        session.edit_touch(TouchEdit::Thickness(0.75 * thickness));
         session.tune(Tuning::Substeps(20));
         session.restart();
         viewer.command(Command::SaveScene);
         let path = folder.path().join(format!("{scene}-1.toml"));
         let read = open(&path).unwrap_or_else(|_| panic!("{:?}", viewer.note));
         let mut again = Runner::open(&read).expect("a valid scene");
-        assert_eq!(touches_of(&again), touches_of(viewer.session.runner()), "{scene}");
+        assert_eq!(shells_of(&again), shells_of(viewer.session.runner()), "{scene}");
         for _ in 0..3 {
             viewer.session.step_forward();
             again.step().expect("a step");
@@ -167,14 +163,13 @@ fn the_sliders_are_there_for_what_touches() {
     let mut harness = builder.build_ui_state(frame, viewer);
     theme::apply(&harness.ctx);
     harness.run_steps(3);
-    assert!(harness.query_by_role_and_label(Role::Slider, "Radius").is_none());
+    assert!(harness.query_by_role_and_label(Role::Slider, "Gap").is_none());
     harness.get_by_role_and_label(Role::CheckBox, "Touch").click();
     harness.run_steps(3);
-    let radius = |harness: &Harness<'_, Viewer>| {
-        first(harness.state().session.touch_values().expect("a body").radius)
-    };
-    let before = radius(&harness);
-    for label in ["Radius", "Push", "Grip"] {
+    let thickness =
+        |harness: &Harness<'_, Viewer>| first(harness.state().session.touch_values().thickness);
+    let before = thickness(&harness);
+    for label in ["Gap", "Grip", "Bounce"] {
         let slider = harness.get_by_role_and_label(Role::Slider, label).rect();
         let at = slider.left_center() + Vec2::new(30.0, 0.0);
         harness.drag_at(at);
@@ -182,8 +177,8 @@ fn the_sliders_are_there_for_what_touches() {
         harness.drop_at(at);
         harness.run_steps(2);
     }
-    assert!(radius(&harness) < before);
-    assert_eq!(harness.state().session.undoes(), Some(Deed::Edit("friction of touches")));
+    assert!(thickness(&harness) < before);
+    assert_eq!(harness.state().session.undoes(), Some(Deed::Edit("restitution between bodies")));
     harness.get_by_role_and_label(Role::CheckBox, "Touch").click();
     harness.run_steps(3);
     assert!(rows(&harness.state().session).is_empty());
@@ -225,17 +220,17 @@ fn what_may_have_passed_through_is_told_and_marked() {
     let mut harness = builder.build_ui_state(frame, viewer);
     theme::apply(&harness.ctx);
     harness.run_steps(2);
-    assert!(harness.query_by_label_contains("may have passed through").is_some());
+    assert!(harness.query_by_label_contains("may have crossed").is_some());
     // Back before it, nothing has passed.
     harness.state_mut().session.look_back(2);
     harness.run_steps(2);
-    assert!(harness.query_by_label_contains("may have passed through").is_none());
+    assert!(harness.query_by_label_contains("may have crossed").is_none());
 }
 
 #[test]
 fn surfaces_that_cross_are_counted_while_the_run_is_as_it_is() {
     let text = "version = 1\n[world]\ngravity = [0, 0, 0]\n[[bodies]]\nkind = 'cloth'\n\
-                size = [3, 3]\ntouch = { radius = 0.45 }\n\
+                size = [3, 3]\ntouch = {}\n\
                 [[bodies]]\nkind = 'cloth'\nsize = [3, 3]\n\
                 position = [0.3, 0, 0.2]\nrotation = { axis = [1, 0, 0], angle_deg = 90 }\n\
                 touch = {}\n";

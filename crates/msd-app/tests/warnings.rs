@@ -49,19 +49,6 @@ fn energy_of_bounces_that_dampers_dissipate_is_a_field() {
 }
 
 #[test]
-fn a_limit_that_falls_where_something_touches_is_a_warning() {
-    let folder = folder();
-    let warned = |substeps: &str| {
-        let run = ["run", "knot", "--duration", "3", "--substeps", substeps];
-        text(&outcome(msd(folder.path(), &run)).stderr)
-    };
-    // As it is opened 16 are enough, and 39 where it is tight.
-    let told = warned("16");
-    assert!(told.contains("on, the step of 1.042 ms is longer than"), "{told}");
-    assert!(!warned("50").contains("longer"));
-}
-
-#[test]
 fn where_a_moving_pin_does_work_nothing_is_said_of_the_balance() {
     let folder = folder();
     let scene = format!("{SPRING}\n[[pins]]\nbody = 0\nparticle = 0\nvelocity = [0, 1, 0]\n");

@@ -1,44 +1,34 @@
-//! Crossings: triangles of surfaces that pass through each other, by an exact test.
+//! Crossings: triangles of shells that pass through each other.
 
-use msd_core::glam::{DVec3, IVec3};
-use msd_core::scene::shell::do_meet;
-use msd_core::{Body, Real, Simulation, Vector};
-use robust::{Coord3D, orient3d};
+use msd_core::glam::DVec3;
+use msd_core::scene::do_meet;
+use msd_core::{Real, Simulation, Vector};
+use msd_scene::crossing::{Triangle, each_crossing};
 
 /// What counting costs for a triangle at most, in evaluations of a spring with all that a step does
 /// beside it: 12 to 88 in the built-in scenes of what touches.
 const COST: f64 = 100.0;
 
-/// A triangle of a surface: its particles, and the box around it.
-struct Triangle {
-    particles: [u32; 3],
-    corners: [DVec3; 3],
-    low: DVec3,
-    high: DVec3,
-}
-
-/// Counts the pairs of triangles that have no particle in common and of which an edge of one passes
-/// through the inside of the other: of two bodies that touch, or of one that touches itself.
-///
-/// Signs of volumes are exact (Shewchuk, 1997): what only touches does not cross.
+/// Counts the pairs of triangles of which an edge of one passes through the inside of the other: of
+/// two shells that meet, or of one that meets itself.
 pub fn crossings<R: Real>(simulation: &Simulation<R>) -> u64 {
     let model = simulation.model();
+    let shells = model.shells();
     let positions: Vec<DVec3> = simulation.positions().map(Vector::to_f64).collect();
-    let mut shells = vec![None; model.particle_count()];
-    for (number, shell) in model.shells().iter().enumerate() {
-        shell.triangles.as_flattened().iter().for_each(|&corner| shells[corner] = Some(number));
+    let mut shell_of = vec![0; model.particle_count()];
+    for (number, shell) in shells.iter().enumerate() {
+        shell.particles().for_each(|particle| shell_of[particle] = number);
     }
-    // All of a body touch alike.
-    let may_meet = |[a, b]: [u32; 2]| {
-        let pair = shells[a as usize].zip(shells[b as usize]);
-        pair.is_some_and(|(a, b)| do_meet(model.shells(), [a, b]))
-    };
-    let triangles = model.bodies().iter().flat_map(|body| of(&positions, body)).collect();
+    let triangles = shells.iter().flat_map(|shell| &shell.triangles);
+    let triangles = triangles.map(|&corners| Triangle::new(corners, &positions)).collect();
     let mut count = 0;
-    for_each_beside(triangles, |triangle, other| {
-        let particles = [triangle.particles[0], other.particles[0]];
-        let meet = triangle.meets(other) && may_meet(particles);
-        count += u64::from(meet && triangle.crosses(other));
+    each_crossing(triangles, |[one, other]| {
+        let [a, b] = [one[0], other[0]].map(|particle| shell_of[particle]);
+        let is_exempt =
+            |pair: [usize; 2]| a == b && one.contains(&pair[0]) && other.contains(&pair[1]);
+        let exempt = &shells[a].exempt;
+        let may_cross = exempt.iter().any(|&[a, b]| is_exempt([a, b]) || is_exempt([b, a]));
+        count += u64::from(do_meet(shells, [a, b]) && !may_cross);
     });
     count
 }
@@ -47,125 +37,7 @@ pub fn crossings<R: Real>(simulation: &Simulation<R>) -> u64 {
 /// stepping.
 pub fn steps_between_counts<R: Real>(simulation: &Simulation<R>, share: f64) -> u64 {
     let model = simulation.model();
-    let triangles: usize = model.bodies().iter().map(|body| body.surface.particles().count()).sum();
+    let triangles: usize = model.shells().iter().map(|shell| shell.triangles.len()).sum();
     let step = model.spring_count().max(1) as f64 * f64::from(simulation.settings().substeps);
     (COST * triangles as f64 / (share * step)).ceil().max(1.0) as u64
-}
-
-/// Calls with each pair of triangles that may meet, once, in an order that depends on them alone:
-/// they are in the cells of their lowest corners, as wide as the widest of them.
-fn for_each_beside(triangles: Vec<Triangle>, mut look: impl FnMut(&Triangle, &Triangle)) {
-    let widths = triangles.iter().map(|triangle| (triangle.high - triangle.low).max_element());
-    let width = widths.fold(f64::MIN_POSITIVE, f64::max);
-    // What is further out is in the last cell.
-    let far = DVec3::splat(1e9);
-    let place = |low: DVec3| (low / width).floor().clamp(-far, far).as_ivec3();
-    let cell = |triangle: Triangle| (place(triangle.low), triangle);
-    let mut cells: Vec<_> = triangles.into_iter().map(cell).collect();
-    cells.sort_by_key(|(cell, _)| cell.to_array());
-    // The columns of cells on one side, with where in them the last triangle met others.
-    let columns = [[0, 1], [1, -1], [1, 0], [1, 1]];
-    let mut firsts = [0; 4];
-    for (row, (cell, triangle)) in cells.iter().enumerate() {
-        let last = *cell + IVec3::Z;
-        let above =
-            cells[row + 1..].iter().take_while(|(other, _)| other.to_array() <= last.to_array());
-        above.for_each(|(_, other)| look(triangle, other));
-        for ([x, y], first) in columns.into_iter().zip(&mut firsts) {
-            let [low, high] = [-1, 1].map(|z| (*cell + IVec3::new(x, y, z)).to_array());
-            *first +=
-                cells[*first..].iter().take_while(|(other, _)| other.to_array() < low).count();
-            let beside = cells[*first..].iter().take_while(|(other, _)| other.to_array() <= high);
-            beside.for_each(|(_, other)| look(triangle, other));
-        }
-    }
-}
-
-/// The triangles of a body.
-fn of<'a>(positions: &'a [DVec3], body: &'a Body) -> impl Iterator<Item = Triangle> + 'a {
-    body.surface.particles().map(|particles| {
-        let corners = particles.map(|particle| positions[particle as usize]);
-        let [a, b, c] = corners;
-        Triangle { particles, corners, low: a.min(b).min(c), high: a.max(b).max(c) }
-    })
-}
-
-impl Triangle {
-    /// Whether the boxes overlap, and no particle is in both.
-    fn meets(&self, other: &Triangle) -> bool {
-        let overlap = self.low.cmple(other.high).all() && other.low.cmple(self.high).all();
-        overlap && !self.particles.iter().any(|particle| other.particles.contains(particle))
-    }
-
-    fn crosses(&self, other: &Triangle) -> bool {
-        self.is_pierced(other) || other.is_pierced(self)
-    }
-
-    /// Whether an edge of another triangle passes through the inside.
-    fn is_pierced(&self, other: &Triangle) -> bool {
-        let [a, b, c] = self.corners;
-        let sides = other.corners.map(|corner| side([a, b, c], corner));
-        let edges = [[0, 1], [1, 2], [2, 0]];
-        edges.into_iter().filter(|[p, q]| sides[*p] * sides[*q] < 0.0).any(|[p, q]| {
-            let [p, q] = [other.corners[p], other.corners[q]];
-            let turns = [[a, b], [b, c], [c, a]].map(|[from, to]| side([p, q, from], to));
-            turns.iter().all(|&turn| 0.0 < turn) || turns.iter().all(|&turn| turn < 0.0)
-        })
-    }
-}
-
-/// The sign of the volume of a tetrahedron: on which side of a triangle a point is.
-fn side(triangle: [DVec3; 3], point: DVec3) -> f64 {
-    let coordinates = |DVec3 { x, y, z }| Coord3D { x, y, z };
-    let [a, b, c] = triangle.map(coordinates);
-    let volume = orient3d(a, b, c, coordinates(point));
-    if volume == 0.0 { 0.0 } else { volume.signum() }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Triangles of many sizes at places that a recurrence makes.
-    fn soup(count: u32) -> Vec<Triangle> {
-        let mut state = 1u32;
-        let mut next = move || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            f64::from(state >> 8) / f64::from(1u32 << 24)
-        };
-        let triangle = move |row: u32| {
-            let size = [0.02, 0.3][usize::from(row.is_multiple_of(17))];
-            let middle = DVec3::from_array([(); 3].map(|()| 2.0 * next() - 1.0));
-            let corners =
-                [(); 3].map(|()| middle + size * DVec3::from_array([(); 3].map(|()| next() - 0.5)));
-            let [a, b, c] = corners;
-            let particles = [0, 1, 2].map(|corner| 3 * row + corner);
-            Triangle { particles, corners, low: a.min(b).min(c), high: a.max(b).max(c) }
-        };
-        (0..count).map(triangle).collect()
-    }
-
-    #[test]
-    fn all_that_meet_are_looked_at_once() {
-        let triangles = soup(3000);
-        let pair = |a: &Triangle, b: &Triangle| {
-            let [a, b] = [a, b].map(|triangle| triangle.particles[0]);
-            [a.min(b), a.max(b)]
-        };
-        let mut all = Vec::new();
-        for (row, a) in triangles.iter().enumerate() {
-            let meeting = triangles[row + 1..].iter().filter(|b| a.meets(b));
-            all.extend(meeting.map(|b| pair(a, b)));
-        }
-        let mut found = Vec::new();
-        for_each_beside(triangles, |a, b| {
-            if a.meets(b) {
-                found.push(pair(a, b));
-            }
-        });
-        found.sort();
-        all.sort();
-        assert!(200 < all.len(), "{}", all.len());
-        assert_eq!(found, all);
-    }
 }

@@ -11,10 +11,11 @@ const MOST_STATES: usize = 600;
 const MOST_BYTES: usize = 256 << 20;
 
 fn bytes_of(moment: &Moment) -> usize {
-    match &moment.state {
+    let state = match &moment.state {
         AnyState::F32(state) => bytes(state),
         AnyState::F64(state) => bytes(state),
-    }
+    };
+    state + size_of_val(&*moment.impulses)
 }
 
 fn bytes<R: Real>(state: &State<R>) -> usize {
@@ -84,7 +85,7 @@ mod tests {
     fn moment(particles: usize, steps: u64) -> Moment {
         let column = vec![DVec3::ZERO; particles];
         let state = AnyState::F64(State { positions: column.clone(), velocities: column });
-        Moment { state, steps, ledger: Ledger::default(), substeps: 8 }
+        Moment { state, steps, ledger: Ledger::default(), substeps: 8, impulses: Vec::new() }
     }
 
     #[test]

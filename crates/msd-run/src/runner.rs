@@ -7,8 +7,8 @@ use msd_core::methods::Solved;
 use msd_core::obstacles::Obstacle;
 use msd_core::stability::Estimator;
 use msd_core::{
-    Contacts, Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Scene, Settings,
-    Shell, Simulation, Witness,
+    Contacts, Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, RowImpulse,
+    Scene, Settings, Shell, Simulation, Witness,
 };
 use msd_scene::{AnyState, Loaded, Precision, Viewpoint};
 use serde::Serialize;
@@ -30,6 +30,8 @@ pub struct Moment {
     pub ledger: Ledger,
     /// Substeps per step, which a return restores where they are automatic.
     pub substeps: u32,
+    /// The impulses from which shells start the next substep.
+    pub impulses: Vec<RowImpulse>,
 }
 
 /// A simulation in either precision, whose substeps may be automatic.
@@ -435,7 +437,8 @@ impl Runner {
     pub fn moment(&self) -> Moment {
         let ledger = on!(self, simulation => simulation.ledger());
         let substeps = self.settings().substeps;
-        Moment { state: self.state(), steps: self.steps(), ledger, substeps }
+        let impulses = on!(self, simulation => simulation.impulses());
+        Moment { state: self.state(), steps: self.steps(), ledger, substeps, impulses }
     }
 
     /// Returns to an earlier moment of this run.
@@ -451,6 +454,15 @@ impl Runner {
             on!(&mut *self, simulation => simulation.set_settings(settings))?;
             self.resume_automatic(&[]);
         }
+        // Of a substep as it is now.
+        let longer = f64::from(moment.substeps) / f64::from(self.settings().substeps);
+        let scaled = |row: &RowImpulse| RowImpulse {
+            push: row.push * longer,
+            rub: row.rub * longer,
+            ..*row
+        };
+        let impulses: Vec<RowImpulse> = moment.impulses.iter().map(scaled).collect();
+        on!(&mut *self, simulation => simulation.set_impulses(&impulses));
         Ok(())
     }
 

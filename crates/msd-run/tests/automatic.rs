@@ -102,8 +102,6 @@ fn a_limit_that_falls_is_followed() {
     assert!(run.settings().substep() <= 0.9 * run.stable_substep());
 }
 
-/// A knot that a weight pulls tight, at a number of steps before the first renewal: what touches
-/// there is stiffer than the rope.
 /// A block without contraction across, dropped on a corner from half a metre: it is pressed flat
 /// there, and stiffer than any prediction before.
 const PRESSED: &str = "version = 1
@@ -137,41 +135,6 @@ fn a_step_in_which_energy_appears_is_taken_again_with_more_substeps() {
     let mut fixed = runner(&Loaded { automatic: false, ..loaded });
     fixed.set_settings(Settings { substeps: few, ..fixed.settings() }).expect("settings");
     assert!((0..120).any(|_| fixed.step().is_err()) || 2.0 * before < whole(&fixed));
-}
-
-fn knot(steps: usize) -> Runner {
-    let mut run = runner(&automatic("knot"));
-    assert!(steps < every(&run));
-    step(&mut run, steps);
-    run
-}
-
-#[test]
-fn touches_that_close_between_renewals_are_followed() {
-    let mut run = knot(0);
-    let at_first = substeps(&run);
-    for _ in 0..30 {
-        step(&mut run, 10);
-        let (h, stable) = (run.settings().substep(), run.stable_substep());
-        assert!(h <= stable, "{} s: {h} s of {stable} s", run.time());
-    }
-    assert!(at_first < substeps(&run));
-}
-
-#[test]
-fn a_run_saved_as_touches_close_goes_on_with_the_same_bits_and_substeps() {
-    let (start, end) = (now(&knot(0)), now(&knot(160)));
-    assert!(start.1 < end.1);
-    for at in (60..160).step_by(3) {
-        let run = knot(at);
-        let mut resumed = there_and_back(&run);
-        step(&mut resumed, 160 - at);
-        assert_eq!(now(&resumed), end, "saved after {at} steps");
-        let mut returned = knot(at + 1);
-        returned.go_back(&run.moment()).expect("a state");
-        step(&mut returned, 160 - at);
-        assert_eq!(now(&returned), end, "returned to after {at} steps");
-    }
 }
 
 #[test]
@@ -343,14 +306,14 @@ fn what_is_chosen_in_pieces_is_what_is_chosen_at_once() {
     }
 }
 
-/// Two sheets, one of which flies at the other by more than three times the sum of two radii in a
-/// substep that is stable: each particle towards one, which is stiff enough to throw it back.
+/// Two sheets, one of which flies at the other by more than twenty times the sum of both thicknesses
+/// in a substep that is stable.
 fn shot(method: &str) -> Loaded {
     let sheet = |y: f64, v: f64| {
         format!(
             "[[bodies]]\nkind = 'cloth'\nsize = [5, 5]\nspacing = 0.1\nmass = 0.01\n\
              stiffness = 40\nposition = [0, {y}, 0]\nvelocity = [0, {v}, 0]\n\
-             touch = {{ stiffness = 8000 }}\n"
+             touch = {{ thickness = 0.002 }}\n"
         )
     };
     let text = format!(
@@ -374,7 +337,7 @@ fn is_above(run: &Runner) -> bool {
 
 #[test]
 fn what_would_pass_through_is_stepped_with_more_substeps() {
-    for method in ["velocity-verlet", "symplectic-euler", "rk4", "backward-euler", "xpbd"] {
+    for method in ["velocity-verlet", "symplectic-euler", "rk4", "xpbd"] {
         let loaded = shot(method);
         let mut run = runner(&loaded);
         let before = substeps(&run);

@@ -194,7 +194,7 @@ poisson = 0.3
 density = 100
 relaxation_time = 0.01
 position = [0, 0.8, 0]
-touch = { obstacles = true, radius = 0.05, triangles = true }
+touch = { obstacles = true, thickness = 0.05 }
 [[bodies]]
 name = "rope"
 kind = "rope"

@@ -18,6 +18,7 @@ mod rounding;
 mod state;
 mod nearby;
 pub mod mesh;
+pub mod crossing;
 mod error;
 pub mod materials;
 mod disk;

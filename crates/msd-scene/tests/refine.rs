@@ -1,7 +1,7 @@
 //! Scenes at a part of their spacing: the same bodies, finer.
 
 use msd_core::glam::DVec3;
-use msd_core::{Between, Scene, Spring};
+use msd_core::{Scene, Spring};
 use msd_scene::{Draft, FileError, Finer, Loaded};
 use std::path::Path;
 
@@ -203,22 +203,20 @@ fn what_cannot_be_refined_is_named() {
     assert!(error.contains("bodies[0].size asks for"), "{error}");
 }
 
-/// As the stiffness of each particle that touches: a quarter of it where a sheet has four times as
-/// many.
+/// A thickness is a part of the spacing, and what stands between two bodies is of their surfaces.
 #[test]
-fn what_stands_between_two_bodies_keeps_its_push_on_an_area() {
+fn a_finer_body_is_as_much_thinner() {
     let cloth = |name: &str, y: f64, with: &str| {
         format!(
             "[[bodies]]\nname = '{name}'\nkind = 'cloth'\nsize = [3, 3]\nposition = [0, {y}, 0]\n\
              young = 1e4\nthickness = 1e-3\ndensity = 1000\ntouch = {{ {with} }}\n"
         )
     };
-    let with = "with = [{ body = 'a', stiffness = 80, damping = 2, friction = 0.25 }]";
+    let with = "thickness = 0.08, with = [{ body = 'a', friction = 0.25 }]";
     let text = format!("version = 1\n{}{}", cloth("a", 0.0, ""), cloth("b", 5.0, with));
     let (coarse, finer) = refined(&text, 1).expect("a scene");
-    let between = |scene: &Scene| scene.touches[1].between[0];
-    let of = Between { row: 0, stiffness: Some(80.0), damping: Some(2.0), friction: Some(0.25) };
-    assert_eq!(between(&coarse.scene), of);
-    let fine = Between { stiffness: Some(20.0), damping: Some(0.5), ..of };
-    assert_eq!(between(&finer.loaded.scene), fine);
+    let shells = [&coarse.scene.shells, &finer.loaded.scene.shells];
+    let thickness = shells.map(|shells| [shells[0].thickness, shells[1].thickness]);
+    assert_eq!(thickness, [[0.1, 0.08], [0.05, 0.04]]);
+    assert_eq!(shells[0][1].between, shells[1][1].between);
 }

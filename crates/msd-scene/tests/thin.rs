@@ -26,8 +26,8 @@ fn a_solid_between_particles_is_told_and_meets_springs_where_it_is_wished() {
     assert!(around("", plate).notes[0].contains("and pass beside its edges; with"));
     // As thick as particles are apart, or together with their radii.
     assert_eq!(told(0.125, "", ""), "");
-    assert_eq!(told(0.1, "", "touch = { obstacles = true, radius = 0.1 }"), "");
-    assert!(told(0.1, "", "touch = { radius = 0.1 }").contains("pass beside it"));
+    assert_eq!(told(0.1, "", "touch = { obstacles = true, thickness = 0.1 }"), "");
+    assert!(told(0.1, "", "touch = { thickness = 0.1 }").contains("pass beside it"));
     let loaded = load(0.1, "springs = true", "");
     assert!(loaded.scene.solids[0].springs && loaded.notes.is_empty());
     assert!(!load(0.1, "", "").scene.solids[0].springs);
@@ -53,7 +53,7 @@ fn around(touch: &str, obstacles: &str) -> Loaded {
 fn a_body_that_starts_inside_an_obstacle_is_told_and_is_moved_to_its_surface() {
     let ball = "[[world.solids]]\nkind = 'sphere'\nradius = 0.32\nposition = [0, 3, 0]";
     let told = |touch: &str, more: &str| around(touch, &format!("{ball}\n{more}")).notes.join("\n");
-    // The middle and the four next to it, then the four at 0.35 m too, whose radius counts.
+    // The middle and the four next to it, then the four at 0.35 m too, whose thickness counts.
     let inside = |count: u32, depth: f64| {
         format!(
             "sheet starts inside world.solids[0] with {count} of its 25 particles, up to {depth} m \
@@ -61,7 +61,7 @@ fn a_body_that_starts_inside_an_obstacle_is_told_and_is_moved_to_its_surface() {
         )
     };
     assert_eq!(told("", ""), inside(5, 0.32));
-    let touch = |keys: &str| format!("touch = {{ radius = 0.1, triangles = true{keys} }}");
+    let touch = |keys: &str| format!("touch = {{ thickness = 0.1{keys} }}");
     assert_eq!(told(&touch(", obstacles = true"), ""), inside(9, 0.42));
     assert_eq!(told(&touch(""), ""), inside(5, 0.32));
     // What is pinned is not moved.

@@ -342,6 +342,10 @@ pub(crate) fn check_shells(shells: &[Shell], count: usize) -> Result<(), Error> 
         for &other in &shell.ignored {
             check_index(at, "shell before it", other, row)?;
         }
+        check_count("the number of exempt pairs", shell.exempt.len(), MAX_SPRINGS)?;
+        for &particle in shell.exempt.as_flattened() {
+            check_index(at, "particle", particle, count)?;
+        }
         check_between(row, shell)?;
     }
     Ok(())

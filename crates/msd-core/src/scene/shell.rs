@@ -34,6 +34,9 @@ pub struct Shell {
     /// Whether it keeps its thickness from obstacles too; otherwise these meet its particles as
     /// points.
     pub obstacles: bool,
+    /// Pairs of its own particles of which no triangle, edge or point meets one of the other: those
+    /// closer than its thickness at rest.
+    pub exempt: Vec<[usize; 2]>,
     /// Shells before this one that it passes through.
     pub ignored: Vec<usize>,
     /// How it meets shells before this one, where not as both say; each once.

@@ -403,6 +403,16 @@ impl<R: Real> Simulation<R> {
         self.scratch.warm = false;
     }
 
+    /// The impulses from which shells start the next substep, to be put back with the state.
+    pub fn impulses(&self) -> Vec<RowImpulse> {
+        self.rows.impulses()
+    }
+
+    /// Puts back the impulses that belong to a state that was put back, in the order of their keys.
+    pub fn set_impulses(&mut self, impulses: &[RowImpulse]) {
+        self.rows.set_impulses(impulses);
+    }
+
     /// The ledger of the energy dissipated, to be put back with the state.
     pub fn ledger(&self) -> Ledger {
         self.ledger

@@ -4,12 +4,14 @@ use super::Simulation;
 use super::compiled::Compiled;
 use crate::columns;
 use crate::contact::Contacts;
+use crate::contact::shells::{At, ShellRows};
 use crate::elements::{ForceWork, collected, column};
 use crate::energy::{self, Energy, Momentum};
 use crate::methods::{Integrator, Method, Solved, Work};
 use crate::number::{Real, Vector};
 use crate::stability::{self, Estimator, Mode};
-use crate::system::{Columns, Snapshot, State};
+use crate::system::{Columns, Model, Snapshot, State};
+use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::Range;
 use glam::DVec3;
@@ -94,6 +96,20 @@ impl<R: Real> Simulation<R> {
             self.time(),
             Method::<R>::region(&integrator),
         )
+    }
+
+    /// The pairs of particles of one shell whose triangles, edges and points are closer than it
+    /// stops itself at, see [`Shell::exempt`](crate::scene::Shell::exempt).
+    pub fn closed_pairs(&self) -> Vec<[usize; 2]> {
+        let Model { shells, obstacles, inverse_mass_column, .. } = &self.model;
+        let (level, time) = (self.level, self.time());
+        let at = At { level, shells, obstacles, inverse_masses: inverse_mass_column, time };
+        let still = vec![R::ZERO; self.state.positions.len()];
+        let mut rows = ShellRows::default();
+        if shells.do_meet() {
+            rows.find(&at, [&self.state.positions, &still, &still], (R::ZERO, R::ONE));
+        }
+        rows.closed_pairs(shells)
     }
 
     /// The fastest motion at the present state, taken for a single oscillator: that is exact where

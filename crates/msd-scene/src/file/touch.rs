@@ -4,12 +4,14 @@ mod starts;
 
 pub(crate) use starts::{started_in_each_other, started_inside};
 
+use crate::crossing::{Triangle, each_crossing};
 use crate::error::{FileError, nearest, plain};
 use crate::file::obstacles::short;
-use crate::file::schema::{BodyRow, TouchRow, WithRow};
+use crate::file::schema::{BodyRow, Kind, TouchRow, WithRow};
 use crate::file::tree::Source;
+use msd_core::glam::DVec3;
 use msd_core::scene::{Between, Shell};
-use msd_core::{Scene, Shape};
+use msd_core::{Scene, Settings, Shape, Simulation};
 
 /// The thickness by default, as a part of the spacing.
 const THICKNESS: f64 = 0.1;
@@ -35,7 +37,10 @@ pub(crate) fn touch(
         let Some(touch) = &body.touch else { continue };
         let thickness = thickness(source, (row, touch), scene, notes)?;
         rows[row] = Some(scene.shells.len());
-        let shell = made(source, (row, touch), thickness, scene)?;
+        let mut shell = made(source, (row, touch), thickness, scene)?;
+        if body.kind == Kind::Mesh {
+            shell.exempt = closed(scene, &shell);
+        }
         notes.extend(superfluous(&scene.bodies[row].name, touch));
         scene.shells.push(shell);
     }
@@ -149,8 +154,41 @@ fn shell(scene: &Scene, row: usize, thickness: f64) -> Shell {
 pub fn default_shell(scene: &Scene, body: usize) -> Option<Shell> {
     scene.bodies.get(body)?;
     let spacing = spacing(scene, body)?;
-    Some(shell(scene, body, THICKNESS * spacing))
+    let shell = shell(scene, body, THICKNESS * spacing);
+    Some(Shell { exempt: closed(scene, &shell), ..shell })
 }
+
+/// The pairs of particles of a shell whose features are closer at the start than it stops itself
+/// at, as parts of a mesh that go through each other.
+fn closed(scene: &Scene, shell: &Shell) -> Vec<[usize; 2]> {
+    if !shell.itself {
+        return Vec::new();
+    }
+    let positions: Vec<DVec3> = scene.particles.iter().map(|row| row.position).collect();
+    let triangles = shell.triangles.iter().map(|&corners| Triangle::new(corners, &positions));
+    let mut pairs = Vec::new();
+    each_crossing(triangles.collect(), |[one, other]| {
+        pairs.extend(one.into_iter().flat_map(|a| other.map(|b| [a, b])));
+    });
+    let (particles, world) = (scene.particles.clone(), scene.world.clone());
+    let mut alone = Scene { particles, world, shells: vec![shell.clone()], ..Scene::default() };
+    // Where the nearest features are exempt, others may be next.
+    for _ in 0..MOST_ROUNDS {
+        alone.shells[0].exempt = pairs.clone();
+        let run = Simulation::<f64>::new(&alone, Settings::default());
+        let found = run.map_or(Vec::new(), |run| run.closed_pairs());
+        if found.is_empty() {
+            break;
+        }
+        pairs.extend(found);
+    }
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
+}
+
+/// After how many rounds of exempting features the rest is left to contact.
+const MOST_ROUNDS: usize = 8;
 
 /// A line on the keys of a body that had an effect when particles met by a stiffness.
 fn superfluous(body: &str, touch: &TouchRow) -> Option<String> {

@@ -45,6 +45,8 @@ pub(crate) struct Shells {
     laws: Vec<[f64; 2]>,
     /// How two of them meet, where not as both say, in the order of the two.
     between: Vec<([usize; 2], Between)>,
+    /// The vertices of which no feature meets one of the other, in order, both ways.
+    exempt: Vec<[u32; 2]>,
     /// The largest coefficient of restitution.
     pub(super) most_restitution: f64,
     do_meet: bool,
@@ -128,6 +130,10 @@ impl Shells {
         let restitutions = rows.iter().map(|row| row.restitution).chain(of_pairs);
         shells.most_restitution = restitutions.fold(0.0, f64::max);
         shells.do_meet = any_meet(&rows);
+        let exempt = rows.iter().flat_map(|row| &row.exempt);
+        let known = exempt.filter_map(|[a, b]| Some([*numbers.get(a)?, *numbers.get(b)?]));
+        shells.exempt = known.flat_map(|[a, b]| [[a, b], [b, a]]).collect();
+        shells.exempt.sort_unstable();
         shells.laws = rows.iter().map(law).collect();
         shells.rows = rows;
         shells.records = Records::new(shells.vertices.iter().map(|vertex| vertex.at));
@@ -190,10 +196,28 @@ impl Shells {
         self.vertices[vertex as usize].shell as usize
     }
 
+    /// Whether any vertex of a feature is exempt from meeting one of another.
+    pub(super) fn exempts(&self, own: &[u32], other: &[u32]) -> bool {
+        let is_exempt = |a: u32, b: u32| self.exempt.binary_search(&[a, b]).is_ok();
+        !self.exempt.is_empty() && own.iter().any(|&a| other.iter().any(|&b| is_exempt(a, b)))
+    }
+
+    /// The particles of two vertices, if they are of one shell.
+    pub(super) fn of_one_shell(&self, vertices: [u32; 2]) -> Option<[usize; 2]> {
+        let [a, b] = vertices.map(|vertex| self.vertices[vertex as usize]);
+        (a.shell == b.shell).then_some([a.particle as usize, b.particle as usize])
+    }
+
     /// The distance at which the shells of two vertices stop each other, metres.
     pub(super) fn stop_of<R: Real>(&self, a: u32, b: u32) -> R {
         let [a, b] = [a, b].map(|vertex| self.laws[self.shell_of(vertex)][0]);
         R::of(a) + R::of(b)
+    }
+
+    /// The distance that a vertex keeps from obstacles, metres.
+    pub(super) fn radius_of<R: Real>(&self, vertex: u32) -> R {
+        let row = &self.rows[self.shell_of(vertex)];
+        if row.obstacles { R::of(row.thickness) } else { R::ZERO }
     }
 
     /// Coulomb's factor and the coefficient of restitution of the shells of two vertices.

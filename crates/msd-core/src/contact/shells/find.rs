@@ -109,8 +109,22 @@ impl<'a, R: Real> Finder<'a, R> {
         self.keys.sort_unstable();
         self.keys.dedup();
         let mut rows = core::mem::take(&mut self.rows);
-        rows.extend(self.keys.iter().filter_map(|&key| self.row(key, self.sides(key))));
+        let met = self.keys.iter().filter(|&&key| !self.is_exempt(key));
+        rows.extend(met.filter_map(|&key| self.row(key, self.sides(key))));
         self.rows = rows;
+    }
+
+    /// Whether features are exempt from meeting each other.
+    fn is_exempt(&self, key: u64) -> bool {
+        let shells = self.at.shells;
+        let [a, b] = features(key);
+        let edge = |edge: u32| &shells.edges[edge as usize].ends;
+        match key >> 62 {
+            FACE => shells.exempts(&[a], &shells.faces[b as usize].corners),
+            EDGE => shells.exempts(&[a], edge(b)),
+            VERTEX => shells.exempts(&[a], &[b]),
+            _ => shells.exempts(edge(a), edge(b)),
+        }
     }
 
     /// The row of some features; none where they are too far apart, or nothing moves either.
@@ -386,9 +400,10 @@ impl<'a, R: Real> Finder<'a, R> {
         let is_held = |&vertex: &u32| self.are_held[vertex as usize];
         for vertex in (0..self.are_held.len() as u32).filter(is_held) {
             let here = self.point(vertex);
+            let radius = self.at.shells.radius_of::<R>(vertex);
             for index in 0..obstacles.count() {
                 let obstacle = obstacles.get(index);
-                let gap = obstacle.gap(here, time);
+                let gap = obstacle.gap(here, time) - radius;
                 if self.margin <= gap {
                     continue;
                 }

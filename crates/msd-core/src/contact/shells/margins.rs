@@ -46,7 +46,7 @@ impl<R: Real> Margins<R> {
         if !at.obstacles.is_empty() {
             for (number, cluster) in clusters.rows.iter().enumerate() {
                 let around = cluster.extent(at.shells, positions);
-                self.meet_obstacles(at, number, around);
+                self.meet_obstacles((at, clusters), number, around);
             }
         }
         for row in last.iter().filter(|row| row.push != R::ZERO && !row.is_of_obstacle()) {
@@ -60,10 +60,16 @@ impl<R: Real> Margins<R> {
     }
 
     /// Adds the velocities of the obstacles that a cluster may reach.
-    fn meet_obstacles(&mut self, at: &At<'_, R>, number: usize, around: Extent<R>) {
+    fn meet_obstacles(
+        &mut self,
+        (at, clusters): (&At<'_, R>, &Clusters),
+        number: usize,
+        around: Extent<R>,
+    ) {
         let At { obstacles, time, .. } = *at;
         let middle = around.middle();
-        let size = around.diagonal().sqrt() * R::HALF;
+        let first = clusters.rows[number].vertices[0];
+        let size = around.diagonal().sqrt() * R::HALF + at.shells.radius_of::<R>(first);
         for index in 0..obstacles.count() {
             let obstacle = obstacles.get(index);
             let velocity = obstacle.velocity(middle, time);

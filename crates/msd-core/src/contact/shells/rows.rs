@@ -82,6 +82,24 @@ impl<R: Real> ShellRows<R> {
         self.rows.is_empty()
     }
 
+    /// The pairs of particles, of one shell, whose features are closer than it stops itself at.
+    pub(crate) fn closed_pairs(&self, shells: &Shells) -> Vec<[usize; 2]> {
+        let closed = self.rows.iter().filter(|row| !row.is_of_obstacle() && row.gap < R::ZERO);
+        let side = |row: &ContactRow<R>, is_first: bool| {
+            let each = row.vertices.into_iter().zip(row.weights);
+            let of_side = each.filter(move |(_, weight)| (R::ZERO < *weight) == is_first);
+            of_side.filter(|(_, weight)| *weight != R::ZERO).map(|(vertex, _)| vertex)
+        };
+        let pairs = closed.flat_map(|row| {
+            side(row, true).flat_map(move |a| side(row, false).map(move |b| [a, b]))
+        });
+        let mut pairs: Vec<[usize; 2]> =
+            pairs.filter_map(|pair| shells.of_one_shell(pair)).collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        pairs
+    }
+
     /// Finds the rows at a state, each with the impulse that it gave last, before a kick of
     /// `length` seconds by some forces and a drift of h seconds at the velocities after it; returns
     /// whether particles are so fast that some may cross.
