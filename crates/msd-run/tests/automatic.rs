@@ -313,7 +313,7 @@ fn shot(method: &str) -> Loaded {
         format!(
             "[[bodies]]\nkind = 'cloth'\nsize = [5, 5]\nspacing = 0.1\nmass = 0.01\n\
              stiffness = 40\nposition = [0, {y}, 0]\nvelocity = [0, {v}, 0]\n\
-             touch = {{ thickness = 0.002 }}\n"
+             touch = {{ thickness = 0.002, restitution = 1 }}\n"
         )
     };
     let text = format!(
@@ -391,11 +391,11 @@ fn a_step_that_was_divided_is_resumed_returned_to_and_replayed_to_the_bit() {
 
 #[test]
 fn what_passes_raised_is_lowered_by_a_renewal() {
-    for (method, most) in [("velocity-verlet", 24), ("backward-euler", 16)] {
+    for (method, most) in [("velocity-verlet", 24), ("xpbd", 16)] {
         let mut run = runner(&shot(method));
         let raised = (0..12).any(|_| {
             step(&mut run, 1);
-            substeps(&run) == most
+            most <= substeps(&run)
         });
         assert!(raised, "{method}: {} substeps, not {most}", substeps(&run));
         // Of what is crumpled now more may be needed than at first.
