@@ -109,13 +109,14 @@ impl Solved {
 
 impl<R: Real> Scratch<R> {
     fn new(model: &Model<R>) -> Self {
+        let has_shells = !model.shells.is_empty();
         Scratch {
             stage: Columns::new(&model.slots, 19),
             tangent: Tangent::new(model),
             solve: Solve::new(model),
             holds: Holds::new(model),
             wholes: Wholes::default(),
-            missing: column(&model.slots, 35),
+            missing: if has_shells { column(&model.slots, 35) } else { Aligned::default() },
             course: Course::default(),
         }
     }
