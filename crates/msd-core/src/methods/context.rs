@@ -299,7 +299,7 @@ impl<'a, R: Real> StepContext<'a, R> {
     }
 
     /// What the rows of shells depend on at the start of the substep.
-    fn rows_at(&self) -> At<'a, R> {
+    pub(super) fn rows_at(&self) -> At<'a, R> {
         let Model { shells, obstacles, inverse_mass_column, .. } = self.model;
         let (level, time) = (self.level, self.time());
         At { level, shells, obstacles, inverse_masses: inverse_mass_column, time }
@@ -314,11 +314,24 @@ impl<'a, R: Real> StepContext<'a, R> {
         let (h, at) = (self.substep(), self.rows_at());
         let Columns { positions, velocities } = &*self.state;
         let columns: [&[R]; 3] = [positions, velocities, &self.scratch.forces];
-        let is_fast = self.rows.find(&at, columns, (length, h));
-        // Particles are too fast for shells to be known to stop them.
+        let is_fast = self.rows.find(&at, columns, (length, h, R::ZERO));
+        self.note_fast(is_fast);
+        self.has_rows()
+    }
+
+    /// Takes note of whether particles are too fast for shells to be known to stop them.
+    pub(super) fn note_fast(&mut self, is_fast: bool) {
         self.done.turned |= is_fast;
         self.done.passes += u64::from(is_fast);
-        self.has_rows()
+    }
+
+    /// Ends a substep of these mean velocities in the solve of which shells met; `mirrors` where
+    /// its last velocities are not those.
+    pub(super) fn end_solved(&mut self, means: &[R], mirrors: bool) {
+        let (h, at) = (self.substep(), self.rows_at());
+        let Columns { positions, velocities } = &mut *self.state;
+        let contacts = self.rows.end_solved(&at, ([positions, velocities], means), (h, mirrors));
+        self.done.meet(contacts);
     }
 
     /// Lets shells meet after that kick, before the drift.

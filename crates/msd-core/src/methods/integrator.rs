@@ -102,7 +102,7 @@ impl Integrator {
 
     /// Whether it lets shells meet, see [`crate::scene::Shell`].
     pub fn lets_shells_meet(self) -> bool {
-        Integrator::EXPLICIT.contains(&self) || self == Integrator::Xpbd
+        self != Integrator::DormandPrince
     }
 
     /// Refuses a method that does not let shells meet where there are some.

@@ -107,7 +107,7 @@ impl<R: Real> Simulation<R> {
         let still = vec![R::ZERO; self.state.positions.len()];
         let mut rows = ShellRows::default();
         if shells.do_meet() {
-            rows.find(&at, [&self.state.positions, &still, &still], (R::ZERO, R::ONE));
+            rows.find(&at, [&self.state.positions, &still, &still], (R::ZERO, R::ONE, R::ZERO));
         }
         rows.closed_pairs(shells)
     }

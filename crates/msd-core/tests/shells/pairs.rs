@@ -10,6 +10,12 @@ fn weightless() -> World {
     World { gravity: DVec3::ZERO, ..World::default() }
 }
 
+/// What a method leaves of a velocity that its rows take away, as a part of it: iterative solves
+/// stop at a hundredth.
+fn left_by(integrator: Integrator) -> f64 {
+    if integrator.is_implicit() { 1e-2 } else { 1e-12 }
+}
+
 fn point(at: usize, thickness: f64) -> Shell {
     Shell { points: vec![at], ..shell(thickness, 0.0) }
 }
@@ -37,11 +43,14 @@ fn balls_part_at_the_speed_of_the_closed_form() {
             let centre = (0.2 * 1.0 - 0.3 * 2.0) / 0.5;
             let right = [centre - 0.6 * 3.0 * restitution, centre + 0.4 * 3.0 * restitution];
             let off = (a - right[0]).abs().max((b - right[1]).abs());
-            assert!(off < 1e-12, "{integrator}, e = {restitution}: {a} and {b}, not {right:?}");
+            let most = 3.0 * left_by(integrator);
+            assert!(off < most, "{integrator}, e = {restitution}: {a} and {b}, not {right:?}");
             // Half the reduced mass times what is lost of the square of the speed.
             let lost = 0.5 * 0.12 * 9.0 * (1.0 - restitution * restitution);
             let booked = simulation.dissipated();
-            assert!((booked - lost).abs() < 1e-12, "{integrator}: {booked} J of {lost} J");
+            // The energy m v²/2 of 3 m/s and 0.12 kg, twice as sensitive as the speed.
+            let most = 4.0 * 0.54 * left_by(integrator);
+            assert!((booked - lost).abs() < most, "{integrator}: {booked} J of {lost} J");
         }
     }
 }
@@ -89,7 +98,8 @@ fn friction_of_a_pair_is_the_mean_of_both_or_what_is_said_of_it() {
             let right = (0.1 - factor) * G * 0.5;
             // It lies down in the first substeps, from a micrometre above: 1e-5 m/s.
             let off = (velocity.x - right).abs();
-            assert!(off < 1e-5, "{integrator} {friction:?} {between:?}: {velocity}, not {right}");
+            let most = 1e-5 + left_by(integrator) * right.abs();
+            assert!(off < most, "{integrator} {friction:?} {between:?}: {velocity}, not {right}");
             // Its heat is the work of friction, μ m G times the way, to two substeps of it, and what
             // it loses as it lies down, having fallen for two.
             let heat = factor * G * position.x;

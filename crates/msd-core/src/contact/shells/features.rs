@@ -250,7 +250,7 @@ impl Shells {
     }
 
     /// The largest distance at which two shells stop each other, metres.
-    pub(super) fn reach(&self) -> f64 {
+    pub(crate) fn reach(&self) -> f64 {
         2.0 * self.rows.iter().map(|row| row.thickness).fold(0.0, f64::max)
     }
 

@@ -5,7 +5,7 @@ use super::features::{At, Edge, NONE};
 use super::glance::squares;
 use super::lists::{Candidates, ClusterPair, ListedPair, NOISE};
 use super::patch::Patch;
-use super::row::{ContactRow, EDGE, EDGES, FACE, OBSTACLE, VERTEX, features, key};
+use super::row::{ContactRow, EDGE, EDGES, FACE, OBSTACLE, SLOP, VERTEX, features, key};
 use crate::columns::LANES;
 use crate::number::{Real, Vector, at_level};
 use crate::triangle::{nearest, part_of_edge};
@@ -229,6 +229,43 @@ impl<'a, R: Real> Finder<'a, R> {
             let corners = |face: u32| self.at.shells.faces[face as usize].corners;
             self.turn_one(row, self.faces_of(row.key).map(corners));
         }
+    }
+
+    /// Whether a vertex passes an edge or another vertex, and the faces there, in a drift of h
+    /// seconds at a velocity: the plane between the two, at which a row stops it, is a wall across
+    /// its way.
+    pub(super) fn passes(&self, row: &ContactRow<R>, velocity: R::Vec3, h: R) -> bool {
+        let (shells, [own, other]) = (self.at.shells, features(row.key));
+        let (way, drift) = (row.normal * (row.gap + row.stop), velocity * h);
+        let along = match row.key >> 62 {
+            EDGE => {
+                let [from, to] = shells.edges[other as usize].ends;
+                self.point(to) - self.point(from)
+            }
+            VERTEX => R::Vec3::ZERO,
+            _ => return false,
+        };
+        // Balls and ropes have no faces on which vertices lie a bit closer than they stop.
+        let slop = if self.faces_of(row.key).next().is_some() { SLOP } else { 1e-3 * SLOP };
+        let least = row.stop * R::of(1.0 - slop);
+        let least = least * least;
+        let length = along.dot(along).max(R::SHORTEST_SQUARED);
+        let across = drift - along * (along.dot(drift) / length);
+        let part = (-way.dot(across) / across.dot(across)).max(R::ZERO).min(R::ONE);
+        let nearest = way + across * part;
+        let stays_off = |face: u32| {
+            let is_own = shells.faces[face as usize].corners.contains(&own);
+            let (start, drift) =
+                if is_own { (self.point(other), -drift) } else { (self.point(own), drift) };
+            let [a, b, c] = self.seen(face, start);
+            let normal = (b - a).cross(c - a);
+            // Where it would be in the plane of the face, or nearest to it.
+            let part = a.dot(normal) / drift.dot(normal);
+            let is_within = R::ZERO < part && part < R::ONE;
+            let place = start + if is_within { drift * part } else { drift };
+            least <= self.square(place, face)
+        };
+        least <= nearest.dot(nearest) && self.faces_of(row.key).all(stays_off)
     }
 
     /// Lets a row follow its features to where these are now; the same face takes the couple.

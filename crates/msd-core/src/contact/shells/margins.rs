@@ -20,6 +20,8 @@ pub(super) struct Margins<R: Real> {
     /// The margin that holds for all, metres, and what a speed is multiplied by, seconds.
     most: R,
     seconds: R,
+    /// What is added to all others, metres.
+    least: R,
 }
 
 impl<R: Real> Margins<R> {
@@ -29,10 +31,10 @@ impl<R: Real> Margins<R> {
         &mut self,
         (at, clusters): (&At<'_, R>, &Clusters),
         [positions, velocities, forces]: [&[R]; 3],
-        (length, seconds): (R, R),
+        (length, seconds, least): (R, R, R),
         (last, most): (&[ContactRow<R>], R),
     ) {
-        (self.most, self.seconds) = (most, seconds);
+        (self.most, self.seconds, self.least) = (most, seconds, least);
         let after = |&vertex: &u32| {
             let place = at.shells.vertices[vertex as usize].at as usize;
             let kick = vector::<R>(forces, place) * (at.inverse_masses[place] * length);
@@ -85,7 +87,7 @@ impl<R: Real> Margins<R> {
     /// By how much two clusters, or the features of one, may come closer to each other, metres.
     pub(super) fn between(&self, clusters: [u32; 2]) -> R {
         let [own, other] = clusters.map(|cluster| self.met[cluster as usize]);
-        (own.with(other).diagonal().sqrt() * self.seconds).min(self.most)
+        (own.with(other).diagonal().sqrt() * self.seconds + self.least).min(self.most)
     }
 }
 

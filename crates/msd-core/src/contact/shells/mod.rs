@@ -4,7 +4,8 @@
 //! has given. There is a row for each pair of features that are closest to each other, a vertex or
 //! an edge of each shell (`features.rs`), found anew in every substep from the positions alone
 //! (`find.rs`). The impulses of the last substep start the sweep of the next one (`sweep.rs`): a
-//! body at rest is at rest from the first row on, and friction holds it where it is.
+//! body at rest is at rest from the first row on, and friction holds it where it is. Implicit
+//! methods find the impulses in their solve instead of a sweep (`solve.rs`).
 //!
 //! Features that may be near each other are listed for each two clusters, a few vertices that move
 //! alike (`clusters.rs`), and a list serves until the two may have come closer by what it spares
@@ -25,6 +26,7 @@ mod glance;
 mod find;
 mod sweep;
 mod rows;
+mod solve;
 
 pub(crate) use features::{At, Shells};
 pub use row::RowImpulse;

@@ -1,5 +1,7 @@
 //! A row: a contact of up to four particles, and the impulse that it gives.
 
+use super::features::Shells;
+use crate::columns::add_vector;
 use crate::contact::law::coulomb;
 use crate::number::{Real, Vector};
 use glam::DVec3;
@@ -174,18 +176,68 @@ impl<R: Real> ContactRow<R> {
         may_close: R,
     ) {
         let velocity = self.velocity(velocities);
-        let speed = velocity.dot(self.normal);
-        let push = (self.push - (speed + may_close) * self.mass).max(R::ZERO);
+        let (push, rub, _) = self.answer(velocity, may_close, self.mass);
         if push == R::ZERO && self.push == R::ZERO {
             return;
         }
-        let slip = velocity - self.normal * speed;
-        let wanted = self.rub - slip * self.mass;
-        let (_, per_size) = coulomb(wanted.dot(wanted).sqrt(), self.friction * push);
-        let kept = if per_size == R::ZERO { R::ONE } else { self.friction * push * per_size };
-        let rub = wanted * kept;
         let change = self.normal * (push - self.push) + (rub - self.rub);
         (self.push, self.rub) = (push, rub);
         self.give(velocities, inverse_masses, change);
     }
+
+    /// The impulse, along the normal and across it, by which a mass, kilograms, answers the
+    /// velocity of one side, and what the second is of that which would hold it: Coulomb's law.
+    #[inline(always)]
+    pub(super) fn answer(&self, velocity: R::Vec3, may_close: R, mass: R) -> (R, R::Vec3, R) {
+        let speed = velocity.dot(self.normal);
+        let push = (self.push - (speed + may_close) * mass).max(R::ZERO);
+        let most = self.friction * push;
+        let wanted = self.rub - (velocity - self.normal * speed) * mass;
+        let (_, per_size) = coulomb(wanted.dot(wanted).sqrt(), most);
+        let kept = if per_size == R::ZERO { R::ONE } else { most * per_size };
+        let grip = if most == R::ZERO { R::ZERO } else { kept };
+        (push, wanted * kept, grip)
+    }
 }
+
+/// A row in a solve.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct InSolve<R: Real> {
+    /// The stiffness, kilograms, and the part of it that acts across the normal.
+    pub(super) stiffness: R,
+    pub(super) grip: R,
+    pub(super) is_stiff: bool,
+    /// How often it began or ceased to act.
+    pub(super) changes: u32,
+    /// The impulse along the normal and across it as last corrected, newton seconds.
+    pub(super) push: R,
+    pub(super) rub: R::Vec3,
+    /// The velocity for which the impulse of the row was computed, metres per second.
+    pub(super) velocity: R::Vec3,
+    /// The impulse that the last solve found, newton seconds.
+    pub(super) found: R::Vec3,
+}
+
+impl<R: Real> InSolve<R> {
+    /// The stiffness times a change of velocity, newton seconds.
+    #[inline(always)]
+    pub(super) fn resist(&self, normal: R::Vec3, change: R::Vec3) -> R::Vec3 {
+        let along = normal * change.dot(normal);
+        (along + (change - along) * self.grip) * self.stiffness
+    }
+}
+
+/// Adds the shares of a vector to the particles of a row in a column.
+#[inline(always)]
+pub(super) fn add_shares<R: Real>(
+    row: &ContactRow<R>,
+    shells: &Shells,
+    vector: R::Vec3,
+    column: &mut [R],
+) {
+    let at = |vertex: u32| shells.vertices[vertex as usize].at as usize;
+    row.share(vector, |_| R::ONE, |vertex, part| add_vector::<R>(column, at(vertex), part));
+}
+
+/// The part of a distance by which an overlap is left as it is: all that a run makes by itself.
+pub(super) const SLOP: f64 = 0.1;

@@ -5,10 +5,10 @@ use super::find::Finder;
 use super::lists::Candidates;
 use super::margins::Margins;
 use super::patch::{Patch, gather, scatter};
-use super::row::{ContactRow, RowImpulse};
+use super::row::{ContactRow, InSolve, RowImpulse, add_shares};
 use super::{Shells, sweep};
 use crate::columns::extent::Extent;
-use crate::columns::{add_vector, load, vector};
+use crate::columns::{load, vector};
 use crate::contact::Contacts;
 use crate::number::{Real, Vector, at_level};
 use crate::pack::{Pack, zip};
@@ -18,14 +18,16 @@ use fearless_simd::Simd;
 /// The rows of a model.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ShellRows<R: Real> {
-    rows: Vec<ContactRow<R>>,
+    pub(super) rows: Vec<ContactRow<R>>,
     /// The rows of the substep before.
     last: Vec<ContactRow<R>>,
-    lists: Candidates<R>,
+    pub(super) lists: Candidates<R>,
     margins: Margins<R>,
-    patch: Patch<R>,
+    pub(super) patch: Patch<R>,
     /// The impulses before a prediction.
     kept: Vec<(R, R::Vec3)>,
+    /// The rows in a solve.
+    pub(super) in_solve: Vec<InSolve<R>>,
     /// What a search takes note of.
     keys: Vec<u64>,
     near: Vec<(u64, usize)>,
@@ -101,19 +103,20 @@ impl<R: Real> ShellRows<R> {
     }
 
     /// Finds the rows at a state, each with the impulse that it gave last, before a kick of
-    /// `length` seconds by some forces and a drift of h seconds at the velocities after it; returns
-    /// whether particles are so fast that some may cross.
+    /// `length` seconds by some forces and a drift of h seconds at the velocities after it, and
+    /// those within a least margin, metres; returns whether particles are so fast that some may
+    /// cross.
     pub(crate) fn find(
         &mut self,
         at: &At<'_, R>,
         [positions, velocities, forces]: [&[R]; 3],
-        (length, h): (R, R),
+        (length, h, least): (R, R, R),
     ) -> bool {
         let shells = at.shells;
         let columns = [velocities, forces, at.inverse_masses];
         let square = at_level!(at.level, simd => spread(simd, shells, columns, length));
         let spare = R::of(SPARE * (1.0 + shells.most_restitution));
-        let margin = square.sqrt() * h * spare;
+        let margin = square.sqrt() * h * spare + least;
         core::mem::swap(&mut self.rows, &mut self.last);
         self.rows.clear();
         // In a run that diverges nothing is near anything.
@@ -127,7 +130,7 @@ impl<R: Real> ShellRows<R> {
             return is_fast;
         }
         let columns = [positions, velocities, forces];
-        let times = (length, h * spare);
+        let times = (length, h * spare, least);
         let clusters = &self.lists.clusters;
         self.margins.set((at, clusters), columns, times, (&self.last, margin));
         let margins = (&self.margins, margin);
@@ -165,7 +168,7 @@ impl<R: Real> ShellRows<R> {
         for row in &mut self.rows {
             while last.next_if(|before| before.key < row.key).is_some() {}
             if let Some(before) = last.next_if(|before| before.key == row.key) {
-                row.push = before.push;
+                (row.push, row.parting) = (before.push, before.parting);
                 row.rub = before.rub - row.normal * row.normal.dot(before.rub);
                 finder.turn(row);
             }
@@ -226,17 +229,11 @@ impl<R: Real> ShellRows<R> {
         sweep::work(rows, patch.means(&lists.vertices))
     }
 
-    /// Adds the impulses as forces that act for h seconds.
+    /// Adds the impulses as forces that act for h seconds; or, for a second, as impulses.
     pub(crate) fn add_forces(&self, shells: &Shells, forces: &mut [R], h: R) {
         let per_second = R::ONE / h;
         for row in self.rows.iter().filter(|row| row.push != R::ZERO) {
-            row.share(
-                row.impulse() * per_second,
-                |_| R::ONE,
-                |vertex, part| {
-                    add_vector::<R>(forces, shells.vertices[vertex as usize].at as usize, part);
-                },
-            );
+            add_shares(row, shells, row.impulse() * per_second, forces);
         }
     }
 
@@ -285,14 +282,21 @@ impl<R: Real> ShellRows<R> {
         sweep::part(rows, &mut patch.points, &patch.inverse_masses, h);
         scatter(vertices, &patch.points, positions);
         self.follow(at);
+        contacts + self.hold_last(at.shells, velocities)
+    }
+
+    /// Lets the rows of the substep hold its last velocities, which are known as are positions.
+    pub(super) fn hold_last(&mut self, shells: &Shells, velocities: &mut [R]) -> Contacts {
         let ShellRows { rows, lists, patch, .. } = self;
         patch.before.copy_from_slice(&patch.velocities);
         rows.iter_mut().for_each(|row| row.booked = row.impulse());
         sweep::hold(rows, &mut patch.velocities, &patch.inverse_masses);
-        scatter((at.shells, &lists.vertices), &patch.velocities, velocities);
-        let held = sweep::work(rows, patch.means(&lists.vertices));
-        rows.iter_mut().for_each(|row| row.booked = R::Vec3::ZERO);
-        contacts + held
+        scatter((shells, &lists.vertices), &patch.velocities, velocities);
+        let contacts = sweep::work(rows, patch.means(&lists.vertices));
+        for row in rows {
+            (row.booked, row.parting) = (R::Vec3::ZERO, R::ZERO);
+        }
+        contacts
     }
 
     /// Corrects the impulses of the rows for a drift of h seconds.

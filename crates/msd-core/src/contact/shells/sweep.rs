@@ -1,6 +1,6 @@
 //! The sweep: impulses of rows, one after the other, each as if it were alone.
 
-use super::row::ContactRow;
+use super::row::{ContactRow, SLOP};
 use crate::contact::Contacts;
 use crate::number::{Real, Vector};
 
@@ -112,9 +112,6 @@ fn work_of<R: Real>(
     }
     contacts
 }
-
-/// The part of a distance by which an overlap is left as it is: all that a run makes by itself.
-const SLOP: f64 = 0.1;
 
 /// Undoes a part of overlaps with which a scene started, by moving particles without giving them a
 /// velocity; returns whether it moves any.

@@ -32,24 +32,26 @@
 //! # Contact
 //! A particle on an obstacle is held in the solve, with Coulomb friction: a block at rest is in
 //! balance at any step, where [`crate::contact::law`] alone would let it sag by some g h² per
-//! substep.
+//! substep. Shells that meet have their rows in the solve too (see [`row_solve`]).
 
 mod conjugate;
 mod resting;
 mod tangent;
+mod row_solve;
 mod whole;
 
 use super::StepContext;
 use super::context::{Failure, Way};
-use crate::columns::{LANES, RECORD, vector};
+use crate::columns::{Aligned, LANES, RECORD, vector};
 use crate::contact::Evaluated;
-use crate::elements::{Motion, Stage};
+use crate::elements::{Motion, Stage, column};
 use crate::number::{Real, Vector, at_level};
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
 use conjugate::{End, Goal, Solve};
 use fearless_simd::Level;
 use resting::{Holds, Span};
+use row_solve::RowSolve;
 use tangent::Tangent;
 use whole::Wholes;
 
@@ -62,6 +64,14 @@ pub(crate) struct Scratch<R: Real> {
     solve: Solve<R>,
     holds: Holds<R>,
     wholes: Wholes,
+    /// The momentum missing before a solve where there are shells, see [`RowSolve`].
+    missing: Aligned<R>,
+    course: Course,
+}
+
+/// How the solves of a step went.
+#[derive(Clone, Debug, Default)]
+struct Course {
     /// The square of the largest residual that a solve of the substep started with.
     first: f64,
     /// Substeps of the step in which friction did not settle within the passes.
@@ -99,21 +109,21 @@ impl Solved {
 
 impl<R: Real> Scratch<R> {
     fn new(model: &Model<R>) -> Self {
+        let has_shells = model.shells.do_meet();
         Scratch {
             stage: Columns::new(&model.slots, 19),
             tangent: Tangent::new(model),
             solve: Solve::new(model),
             holds: Holds::new(model),
             wholes: Wholes::default(),
-            first: 0.0,
-            unsettled: 0,
-            solved: Solved::default(),
+            missing: if has_shells { column(&model.slots, 35) } else { Aligned::default() },
+            course: Course::default(),
         }
     }
 
     /// How far the solves of the last step got.
     pub(crate) fn solved(&self) -> Solved {
-        self.solved
+        self.course.solved
     }
 }
 
@@ -146,7 +156,7 @@ pub(crate) fn midpoint<R: Real>(step: &mut StepContext<'_, R>) {
 fn advance<R: Real>(step: &mut StepContext<'_, R>, rule: Rule) {
     let scratch = step.scratch.implicit.take();
     let mut scratch = scratch.unwrap_or_else(|| Box::new(Scratch::new(step.model)));
-    (scratch.solved, scratch.unsettled) = (Solved::default(), 0);
+    scratch.course = Course::default();
     scratch.wholes.find(step.model);
     for _ in 0..step.substeps() {
         match advance_substep(step, rule, &mut scratch) {
@@ -162,7 +172,7 @@ fn advance<R: Real>(step: &mut StepContext<'_, R>, rule: Rule) {
         step.finish(Way::Kicked(lag), Evaluated::Solved);
     }
     // Friction that goes back and forth holds what should slip. A start may take a few substeps.
-    step.done.turned |= step.substeps() < 2 * scratch.unsettled;
+    step.done.turned |= step.substeps() < 2 * scratch.course.unsettled;
     step.scratch.implicit = Some(scratch);
 }
 
@@ -177,9 +187,16 @@ fn advance_substep<R: Real>(
     let (model, level) = (step.model, step.level);
     let span = Span { h, tau, start, stage: time, end: start + length };
     step.done.meet(scratch.holds.find(model, &span, step.state));
+    if model.shells.do_meet() {
+        let at = step.rows_at();
+        step.rows.find_for_solve(&at, [&step.state.positions, &step.state.velocities], h);
+        step.rows.set_partings(&model.shells, &step.state.velocities);
+        // In the stage an impulse acts for a part of the substep.
+        step.rows.scale(rule.fraction);
+    }
     scratch.stage.velocities.copy_from_slice(&step.state.velocities);
     scratch.holds.restrict(&mut scratch.stage.velocities);
-    scratch.first = 0.0;
+    scratch.course.first = 0.0;
     for _ in 0..step.settings.newton {
         at_level!(level, _simd => set_positions(step.state, tau, &mut scratch.stage));
         let motion = scratch.stage.motion(&model.slots, time);
@@ -190,7 +207,14 @@ fn advance_substep<R: Real>(
     let power = power_taken(step, time, scratch);
     let Scratch { stage, holds, .. } = scratch;
     let contacts = holds.contacts(&stage.velocities, rule.fraction);
+    if step.has_rows() {
+        step.rows.keep_starts(&model.shells, &step.state.velocities);
+    }
     at_level!(level, _simd => finish(step.state, stage, h, rule.mirrors));
+    if step.has_rows() {
+        step.rows.scale(1.0 / rule.fraction);
+        step.end_solved(&stage.velocities, rule.mirrors);
+    }
     step.done.meet(contacts + holds.settle(model, (h, span.end, rule.mirrors), step.state));
     Ok(power * length)
 }
@@ -203,8 +227,9 @@ fn improve<R: Real>(
     scratch: &mut Scratch<R>,
 ) -> Result<(), Failure> {
     let (model, level) = (step.model, step.level);
-    let Scratch { stage, tangent, solve, holds, wholes, first, unsettled, solved } = scratch;
+    let Scratch { stage, tangent, solve, holds, wholes, missing, course } = scratch;
     let Columns { positions, velocities } = stage;
+    let (h, at) = (step.substep(), step.rows_at());
     let motion = Motion { slots: &model.slots, positions, velocities: &*velocities, time };
     let stage = Stage { moment: model.moment(level, motion), tau };
     tangent.linearise(model, &stage);
@@ -222,37 +247,78 @@ fn improve<R: Real>(
         wholes.begin(level, &solve.residuals, tangent.diagonals());
     }
     set_residuals(&step.scratch.forces, &mut solve.residuals);
+    let mut row_solve = RowSolve {
+        rows: &mut *step.rows,
+        at,
+        h,
+        gravity: model.gravity().extent(),
+        positions: &step.state.positions,
+        velocities,
+        missing,
+        least: R::ZERO,
+        is_fast: false,
+    };
+    row_solve.begin(tangent.inverses(), solve);
     holds.begin(velocities, tangent.inverses(), &mut solve.residuals);
     holds.precondition(tangent.inverses(), solve);
+    go_on((model, &stage, tangent), (solve, holds, wholes), (&mut row_solve, goal), course)?;
+    let is_fast = row_solve.is_fast;
+    at_level!(level, _simd => add::<R>(&solve.changes, velocities));
+    holds.restrict(velocities);
+    step.note_fast(is_fast);
+    Ok(())
+}
+
+/// Solves until what obstacles and shells hold has settled.
+fn go_on<R: Real>(
+    (model, stage, tangent): (&Model<R>, &Stage<'_, R>, &mut Tangent<R>),
+    (solve, holds, wholes): (&mut Solve<R>, &mut Holds<R>, &mut Wholes),
+    (row_solve, goal): (&mut RowSolve<'_, R>, Goal),
+    course: &mut Course,
+) -> Result<(), Failure> {
+    let level = stage.moment.level;
     let mut asked = if wholes.is_empty() { 0.0 } else { solve.square(level) };
+    let mut changed = false;
     for pass in 1..=PASSES {
-        wholes.shift(level, holds, tangent.diagonals(), solve);
+        // Rows push bodies as wholes.
+        if row_solve.rows.is_empty() {
+            wholes.shift(level, holds, tangent.diagonals(), solve);
+        }
         let mut multiply = |direction: &[R], products: &mut [R]| {
-            tangent.set_products(model, &stage, direction, products);
+            tangent.set_products(model, stage, direction, products);
+            row_solve.rows.add_products(&model.shells, direction, products);
         };
-        if holds.set_stops(velocities, &solve.changes, &mut solve.directions) {
+        if holds.set_stops(row_solve.velocities, &solve.changes, &mut solve.directions) {
             solve.jump(level, &mut multiply);
             holds.set_aside(&mut solve.residuals);
         }
         let hold = |residuals: &mut [R]| holds.set_aside(residuals);
         let end = solve.run(level, (goal, asked), hold, multiply);
         asked = end.first;
-        *first = first.max(asked);
-        let residual = judge(model, (level, tau), solve, (&end, *first))?;
+        course.first = course.first.max(asked);
+        let residual = judge(model, (level, stage.tau), solve, (&end, course.first))?;
         let (iterations, tolerance) = (end.iterations as u64, goal.tolerance);
-        solved.note(Solved { iterations, residual, tolerance });
-        if pass == PASSES {
-            *unsettled += 1;
+        course.solved.note(Solved { iterations, residual, tolerance });
+        let is_last = pass == PASSES;
+        let goes_on =
+            row_solve.has_shells() && row_solve.review(tangent.inverses(), solve, (pass, is_last));
+        if is_last {
+            course.unsettled += u32::from(changed);
             break;
         }
-        if !holds.review(velocities, solve) {
+        changed = holds.review(row_solve.velocities, solve);
+        if !changed && !goes_on {
             break;
+        }
+        if row_solve.has_shells() {
+            row_solve.renew((model, stage, tangent), (solve, holds));
         }
         holds.precondition(tangent.inverses(), solve);
     }
+    if row_solve.has_shells() {
+        wholes.give(level, &solve.products);
+    }
     wholes.shift(level, holds, tangent.diagonals(), solve);
-    at_level!(level, _simd => add::<R>(&solve.changes, velocities));
-    holds.restrict(velocities);
     Ok(())
 }
 

@@ -211,6 +211,16 @@ impl<R: Real> Holds<R> {
         any
     }
 
+    /// Takes over residuals that were found anew.
+    pub(crate) fn renew(&mut self, residuals: &mut [R]) {
+        for hold in &mut self.rows {
+            hold.held = R::Vec3::ZERO;
+            let residual = vector::<R>(residuals, hold.at) + hold.friction;
+            let left = hold.set_aside(residual);
+            set_vector(residuals, hold.at, left);
+        }
+    }
+
     /// Sets aside the held part of the residuals.
     pub(crate) fn set_aside(&mut self, residuals: &mut [R]) {
         for hold in &mut self.rows {

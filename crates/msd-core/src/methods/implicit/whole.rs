@@ -155,6 +155,15 @@ impl Wholes {
         }
     }
 
+    /// Adds impulses, newton seconds, to what is asked of the changes that were made.
+    pub(crate) fn give<R: Real>(&mut self, level: Level, impulses: &[R]) {
+        self.is_fresh = false;
+        for whole in self.rows.iter_mut().filter(|whole| whole.is_free) {
+            let shares = &self.shares[whole.shares.clone()];
+            whole.asked += at_level!(level, _simd => sum(shares, impulses));
+        }
+    }
+
     /// Adds to the changes of velocity the translation of each whole body that they lack.
     pub(crate) fn shift<R: Real>(
         &mut self,
