@@ -52,6 +52,11 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
                          without smoothed edges and without the grid on the ground, to keep up";
             item("no GPU: plain pictures".to_owned(), theme::FAINT, hover);
         }
+        if viewer.sharpness.is_automatic() {
+            let hover =
+                "Drawing took longer than 1/20 s: \"Half resolution\" under Show turns it off";
+            item("half resolution".to_owned(), theme::FAINT, hover);
+        }
         if let Some(text) = errors(session) {
             let hover = "Errors of where the particles are. Time: of the last half a second, as \
                          estimated; space: of the spacing, by msd study --mesh";
