@@ -71,7 +71,7 @@ pub(crate) fn hint<R: Real>(
     view: &View,
 ) -> Option<f32> {
     let is_void = flats(snapshot).next().is_none();
-    let hangs = snapshot.inverse_masses.iter().any(|&inverse| inverse == R::ZERO);
+    let hangs = snapshot.inverse_masses.contains(&R::ZERO);
     if !view.style.sky || !is_void || !hangs {
         return None;
     }
