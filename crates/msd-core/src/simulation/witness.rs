@@ -244,8 +244,8 @@ impl Witness {
     }
 
     /// That change where it is a fall of a window of samples by more than rounding and a tenth of
-    /// the most kinetic and elastic energy so far, joules, as a positive number: energy that nothing
-    /// took by any account. Else 0.
+    /// the most kinetic and elastic energy so far, joules, as a positive number: energy that
+    /// nothing took by any account. Else 0.
     pub fn loss(&self) -> f64 {
         self.loss
     }
