@@ -9,6 +9,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use frames::{frame, loaded};
 use msd_app::panel::theme;
+use msd_app::session::Pace;
 use msd_app::viewer::{Command, Viewer, catalogue};
 use msd_render::{Quality, Quantity, Scale};
 use msd_run::on;
@@ -70,6 +71,15 @@ fn a_picture_that_may_cost_little_is_told() {
     harness.state_mut().quality = Quality::Fast;
     harness.run_steps(2);
     assert!(harness.query_by_label("no GPU: plain pictures").is_some());
+    // Half of the resolution is a switch, and said where it was chosen by itself.
+    let pace = Pace { frame_rate: 10.0, ..Pace::default() };
+    let state = harness.state_mut();
+    (0..30).for_each(|_| state.sharpness.follow(Quality::Fast, Some(pace)));
+    harness.run_steps(2);
+    assert!(harness.query_by_label("half resolution").is_some());
+    click(&mut harness, Role::CheckBox, "Half resolution");
+    assert!(!harness.state().sharpness.is_half());
+    assert!(harness.query_by_label("half resolution").is_none());
 }
 
 #[test]
@@ -125,4 +135,29 @@ fn the_legend_of_the_window_is_that_of_a_picture_and_its_scale_only_grows() {
     harness.run_steps(2);
     // Nothing moves at the start.
     assert_eq!(full(&harness), Some(1.0));
+}
+
+#[test]
+fn every_slider_says_what_it_means() {
+    for scene in ["jelly", "teapot", "flag", "drape"] {
+        let mut harness = harness_of(scene);
+        harness.ctx.all_styles_mut(|style| style.interaction.tooltip_delay = 0.0);
+        let sliders = harness.get_all_by_role(Role::Slider);
+        let places: Vec<Rect> = sliders.map(|slider| slider.rect()).collect();
+        assert!(5 < places.len(), "{scene}: {places:?}");
+        for place in places {
+            let has_tooltip = |harness: &Harness<'_, Viewer>| {
+                let is_one = |layer: egui::LayerId| layer.order == egui::Order::Tooltip;
+                harness
+                    .ctx
+                    .memory(|memory| memory.areas().visible_layer_ids().into_iter().any(is_one))
+            };
+            harness.hover_at(egui::pos2(5.0, 5.0));
+            harness.run_steps(3);
+            assert!(!has_tooltip(&harness), "{scene}: a tooltip beside {place}");
+            harness.hover_at(place.center());
+            harness.run_steps(3);
+            assert!(has_tooltip(&harness), "{scene}: {place}");
+        }
+    }
 }

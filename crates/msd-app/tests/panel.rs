@@ -128,6 +128,21 @@ fn the_energy_is_seen_without_scrolling_and_the_timeline_is_as_wide_as_the_windo
     assert!(0.55 * 800.0 < small.state().landmarks["timeline"].width());
 }
 
+#[test]
+fn the_work_of_wind_is_shown_beside_what_is_dissipated_and_only_where_there_is_some() {
+    let shows_supply = |scene: &str| {
+        let mut harness = harness_of(scene);
+        for _ in 0..30 {
+            harness.state_mut().session.advance(1.0 / 60.0 + 1e-9, &|| 0.0);
+        }
+        harness.run_steps(2);
+        assert!(harness.query_by_label_contains("dissipated\u{a0}").is_some());
+        harness.query_by_label_contains("supplied\u{a0}").is_some()
+    };
+    assert!(shows_supply("flag"), "wind works on it");
+    assert!(!shows_supply("jelly"), "nothing drives it");
+}
+
 /// The texts that end in some letters, each with where it is and where it is cut off.
 fn texts(harness: &Harness<'_, Viewer>, end: &str) -> Vec<(String, egui::Rect, egui::Rect)> {
     let mut found = Vec::new();

@@ -218,6 +218,32 @@ fn triangles_that_fold_through_each_other_keep_their_energy() {
     assert!(crossed, "it folded through");
 }
 
+#[test]
+fn the_damper_of_an_edge_that_shrinks_to_nothing_adds_no_energy() {
+    // The ends of the edge pass each other at a distance of a thousandth of it.
+    let at = [[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0], [0.0, 0.3, 0.7], [0.0, 0.3, -0.7]];
+    let at = at.map(DVec3::from_array);
+    let mut scene = Scene::default();
+    scene.world.gravity = DVec3::ZERO;
+    for position in at {
+        scene.particles.push(Particle { position, velocity: DVec3::ZERO, mass: 0.1 });
+    }
+    scene.particles[0].velocity = DVec3::new(3.0, 0.0, 3e-3);
+    scene.particles[1].velocity = DVec3::new(-3.0, 0.0, -3e-3);
+    let hinge = Bend::hinge([0, 1, 2, 3], at, 1e-3).expect("triangles");
+    scene.bends.push(Bend { damping: 0.05, ..hinge });
+    let mut run = simulation(&scene, Integrator::VelocityVerlet, 1e-4);
+    let (mut before, mut passed) = (run.energy().mechanical(), false);
+    for _ in 0..10_000 {
+        run.step().expect("a stable step");
+        passed |= run.position(1).x < run.position(0).x;
+        let now = run.energy().mechanical();
+        assert!(now <= 1.0001 * before, "{now} J after {before} J");
+        before = now;
+    }
+    assert!(passed, "its ends passed each other");
+}
+
 /// The energy per area about the middle of a patch that is bent from one cylinder to another, as a
 /// part of that of a plate.
 fn part_of_a_plate(is_equilateral: bool, angle: f64, [rest, bent]: [f64; 2]) -> f64 {

@@ -12,11 +12,12 @@ use msd_study::quantity::{estimate, quantity, rounded};
 /// A curve: its name, its colour, and how it is read.
 type Curve = (&'static str, Color32, fn(&Energy) -> f64);
 
-const CURVES: [Curve; 5] = [
+const CURVES: [Curve; 6] = [
     ("kinetic", Color32::from_rgb(90, 160, 240), |energy| energy.kinetic),
     ("elastic", Color32::from_rgb(110, 196, 132), |energy| energy.elastic),
     ("gravity", Color32::from_rgb(180, 140, 230), |energy| energy.gravitational),
     ("dissipated", Color32::from_rgb(240, 150, 90), |energy| energy.dissipated),
+    ("supplied", Color32::from_rgb(240, 170, 200), |energy| energy.supplied),
     ("total", Color32::from_rgb(225, 228, 235), Energy::total),
 ];
 /// The part of the most energy that there was below which what contact adds is rounding.
@@ -24,7 +25,13 @@ const NOISE: f64 = 1e-6;
 /// The colour of what contact adds.
 const CONTACT: Color32 = Color32::from_rgb(250, 205, 90);
 
-/// The bar, the plot and its legend with the present values.
+/// The curves of a run: that of supplied energy where solids, wind or elements supplied some.
+fn curves(session: &Session) -> impl Iterator<Item = Curve> {
+    let is_driven = session.trace().samples().any(|sample| sample.energy.supplied != 0.0);
+    CURVES.into_iter().filter(move |&(name, ..)| is_driven || name != "supplied")
+}
+
+/// The bar, the plot and its legend with the current values.
 pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
     heading(ui, "Energy");
     let session = &viewer.session;
@@ -35,11 +42,14 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
     plot(ui, session, (unit, scale));
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
-        for (name, colour, value) in CURVES {
+        for (name, colour, value) in curves(session) {
             // Space that does not break: a name and its number stay together.
             let value = session.energy().map(|energy| short(value(&energy) / scale));
             let text = format!("{name}\u{a0}{}", value.as_deref().unwrap_or(theme::VOID));
-            ui.label(RichText::new(text).small().color(colour));
+            let label = ui.label(RichText::new(text).small().color(colour));
+            if name == "supplied" {
+                label.on_hover_text("Work of moving solids, wind and user-defined elements");
+            }
         }
         ui.label(RichText::new(format!("in {unit}")).small().color(theme::FAINT));
     });
@@ -76,7 +86,7 @@ fn plot(ui: &mut Ui, session: &Session, (unit, scale): (&'static str, f64)) {
         .height(height)
         .default_x_bounds((now - WINDOW).max(0.0), now.max(WINDOW))
         .show(ui, |plot| {
-            for (name, colour, value) in CURVES {
+            for (name, colour, value) in curves(session) {
                 let point = |sample: &Sample| [sample.time, value(&sample.energy) / scale];
                 let points: PlotPoints<'_> = trace.samples().map(point).collect();
                 plot.line(Line::new(name, points).color(colour).width(1.5));
@@ -92,7 +102,7 @@ type Part = (&'static str, Color32, f64);
 /// start of the plot, and what was added by error.
 fn parts(session: &Session) -> Option<Vec<Part>> {
     let held = session.trace().held(session.energy()?);
-    let [kinetic, elastic, gravity, dissipated, _] =
+    let [kinetic, elastic, gravity, dissipated, ..] =
         CURVES.map(|(name, colour, value)| (name, colour, value(&held)));
     let method = ("added by the method", theme::BAD, session.energy_imbalance()?.max(0.0));
     let contact = ("added by contact", CONTACT, session.energy_of_contact()?);

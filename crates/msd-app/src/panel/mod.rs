@@ -155,12 +155,12 @@ fn scroll<T>(
     output
 }
 
-/// A label and a slider beside it; the name of both is the label.
-fn slider(ui: &mut Ui, label: &str, slider: Slider<'_>) -> Response {
+/// A label and a slider beside it; the name of both is the label, and `hover` explains both.
+fn slider(ui: &mut Ui, (label, hover): (&str, &str), slider: Slider<'_>) -> Response {
     ui.horizontal(|ui| {
-        left_label(ui, label);
+        left_label(ui, label).on_hover_text(hover);
         ui.spacing_mut().slider_width = 96.0;
-        let response = slider.ui(ui);
+        let response = slider.ui(ui).on_hover_text(hover);
         // Not by the label's id: the number beside the slider takes over only a name of its own.
         ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(label));
         response

@@ -70,7 +70,7 @@ fn substeps(ui: &mut Ui, session: &mut Session) {
             widget = widget.custom_formatter(|_, _| "…".into());
         }
         let hover = "How many a step is divided into";
-        if slider(ui, "Substeps", widget).on_hover_text(hover).changed() {
+        if slider(ui, ("Substeps", hover), widget).changed() {
             session.tune(Tuning::Substeps(substeps));
         }
         let mut automatic = session.runner().is_automatic();
@@ -96,7 +96,7 @@ fn tolerance(ui: &mut Ui, session: &mut Session) {
         .suffix(" × size");
     let hover = "Error allowed in each substep, as a fraction of the size of the scene.\n\
                  In f32 rounding ends what can be reached near 1e-5.";
-    if slider(ui, "Tolerance", widget).on_hover_text(hover).changed() {
+    if slider(ui, ("Tolerance", hover), widget).changed() {
         session.tune(Tuning::Tolerance(tolerance));
     }
 }
@@ -107,7 +107,7 @@ fn newton(ui: &mut Ui, session: &mut Session) {
     let widget = Slider::new(&mut newton, NEWTON).clamping(SliderClamping::Edits).suffix(unit);
     let hover = "Newton iterations in each substep: 1 takes forces as linear, which is mostly \
                  enough; more follow large turns within a substep";
-    if slider(ui, "Newton", widget).on_hover_text(hover).changed() {
+    if slider(ui, ("Newton", hover), widget).changed() {
         session.tune(Tuning::Newton(newton));
     }
 }

@@ -6,7 +6,7 @@ use super::{solver, theme};
 use crate::session::{ErrorNow, Pace, Session};
 use crate::viewer::Viewer;
 use egui::{Color32, Frame, Label, Margin, Panel, RichText, ScrollArea, Ui};
-use msd_core::Energy;
+use msd_core::{Energy, Integrator};
 use msd_render::Quality;
 use msd_run::Pierced;
 use msd_study::quantity::{estimate, quantity};
@@ -51,6 +51,11 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
             let hover = "There is no graphics processor: the processor draws, with hard shadows, \
                          without smoothed edges and without the grid on the ground, to keep up";
             item("no GPU: plain pictures".to_owned(), theme::FAINT, hover);
+        }
+        if viewer.sharpness.is_automatic() {
+            let hover =
+                "Drawing took longer than 1/20 s: \"Half resolution\" under Show turns it off";
+            item("half resolution".to_owned(), theme::FAINT, hover);
         }
         if let Some(text) = errors(session) {
             let hover = "Errors of where the particles are. Time: of the last half a second, as \
@@ -102,9 +107,22 @@ fn wrong_energy(session: &Session) -> Option<(String, Color32, &'static str)> {
                      another method";
         return Some(("the integrator is adding energy".to_owned(), theme::BAD, hover));
     }
-    let hover = "Of what dampers and contact took, more is booked than was taken: shorten the step";
-    let told = |surplus| format!("the energy balance is {} too high", estimate(surplus, "J"));
-    session.energy_surplus().map(|surplus| (told(surplus), theme::WARN, hover))
+    let change = session.unexplained_energy()?;
+    let joules = estimate(change.abs(), "J");
+    let integrator = session.runner().integrator();
+    if 0.0 < change {
+        let hover =
+            "The energy balance does not close (dissipation overestimated): shorten the step";
+        return Some((format!("the energy balance is {joules} too high"), theme::WARN, hover));
+    }
+    if matches!(integrator, Integrator::BackwardEuler | Integrator::Xpbd) {
+        let hover = "This method damps motion by design, beside dampers and contact: less with \
+                     more substeps";
+        return Some((format!("{integrator} has damped {joules}"), theme::TEXT, hover));
+    }
+    let hover = "Energy is missing that no damper and no contact dissipated: shorten the step or \
+                 use another method";
+    Some((format!("{joules} of energy is missing"), theme::WARN, hover))
 }
 
 /// Contents that scroll; where they are longer than the room for them, the numbers stay in sight

@@ -24,7 +24,8 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         let slider = Slider::new(&mut at, whole..=0).show_value(false);
         let hover = "Drag to look back; what comes after is dropped when it goes on from there. \
                      Marks: impacts blue, warnings red, your edits yellow";
-        let shown = ui.add_enabled(0 < back + ahead, slider).on_hover_text(hover);
+        let shown = ui.add_enabled(0 < back + ahead, slider);
+        let shown = shown.on_hover_text(hover).on_disabled_hover_text(hover);
         shown.widget_info(|| egui::WidgetInfo::slider(true, at as f64, "Timeline"));
         viewer.landmarks.insert("timeline", shown.rect);
         let marks: Vec<Mark> = session.marks().collect();

@@ -60,7 +60,8 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         .logarithmic(true)
         .clamping(egui::SliderClamping::Edits)
         .suffix(" / step");
-    if super::slider(ui, "Its substeps", slider).changed() {
+    let hover = "How many a step of the twin is divided into";
+    if super::slider(ui, ("Its substeps", hover), slider).changed() {
         session.set_twin(Some(Settings { substeps, ..now }));
     }
     let mut beside = viewer.side_by_side;

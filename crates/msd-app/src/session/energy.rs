@@ -49,10 +49,12 @@ impl EnergyReadings {
         self.known(run).map(|balance| balance.witness.imbalance())
     }
 
-    /// That change where it is a rise that a method must not make, joules; `None` if it made none.
-    pub fn surplus(&self, run: &Run) -> Option<f64> {
-        let surplus = self.known(run).map(|balance| balance.witness.surplus());
-        surplus.filter(|&surplus| 0.0 < surplus)
+    /// That change where it lasts and no account explains it, joules: a rise, or a fall as a
+    /// negative number; `None` where there is none.
+    pub fn unexplained(&self, run: &Run) -> Option<f64> {
+        let witness = &self.known(run)?.witness;
+        let change = [witness.surplus(), -witness.loss()];
+        change.into_iter().find(|&change| change != 0.0)
     }
 
     /// Energy that contact has added since the run was changed last, by its own account, joules:

@@ -512,9 +512,9 @@ impl Session {
         self.energy.imbalance(&self.run)
     }
 
-    /// That change where it is a rise that a method must not make, joules; `None` if it made none.
-    pub fn energy_surplus(&self) -> Option<f64> {
-        self.energy.surplus(&self.run)
+    /// That change where it lasts and no account explains it, joules; a fall is negative.
+    pub fn unexplained_energy(&self) -> Option<f64> {
+        self.energy.unexplained(&self.run)
     }
 
     /// Energy that contact has added since the run was changed last, joules.

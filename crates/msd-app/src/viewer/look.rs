@@ -109,6 +109,7 @@ impl Viewer {
     /// It turns to the middle of everything, not only as far as that moved: what was dragged
     /// away comes back into the picture. A camera that the user moved aside stays aside.
     pub fn look(&mut self, real: f64) {
+        self.sharpness.follow(self.quality, self.session.pace());
         if self.side_by_side && self.session.twin().is_none() {
             self.set_side_by_side(false);
         }

@@ -26,7 +26,7 @@ pub use guide::{Guide, GuideStep};
 pub use look::{go_to, turn_to};
 pub use preferences::{Outlook, Preferences};
 pub use sides::Side;
-pub use viewport::Viewport;
+pub use viewport::{Sharpness, Viewport};
 
 use crate::link::{Changes, Link, LinkError, Look, OwnScene};
 use crate::session::{ErrorNow, ErrorReading, Session, Wind};
@@ -51,6 +51,8 @@ pub struct Viewer {
     pub style: Style,
     /// How much a picture may cost, by what draws it.
     pub quality: Quality,
+    /// Whether it has half of the resolution.
+    pub sharpness: Sharpness,
     /// The scenes of the list.
     pub catalogue: Catalogue,
     /// Whether the camera keeps everything in the middle of the picture.
@@ -156,6 +158,7 @@ impl Viewer {
             camera: Camera::default(),
             style: Style { legend: false, colour_by, ..Style::default() },
             quality: Quality::Full,
+            sharpness: Sharpness::default(),
             catalogue,
             follow: true,
             side_by_side: false,

@@ -1,10 +1,12 @@
-//! The viewport: a camera, and the part of the window that shows what it sees.
+//! The viewport: a camera, and the part of the window that shows what it sees; and the
+//! resolution of the picture there, half of it where a processor draws and falls behind.
 //!
 //! The window is in points here, as egui measures it: the renderer alone knows pixels.
 
+use crate::session::Pace;
 use egui::{Pos2, Rect, pos2};
 use glam::{Mat4, Vec3, Vec4};
-use msd_render::{Camera, Ray};
+use msd_render::{Camera, Quality, Ray};
 
 /// A camera and the part of the window that shows what it sees.
 #[derive(Clone, Copy, Debug)]
@@ -65,6 +67,48 @@ impl Viewport {
     }
 }
 
+/// A picture that takes longer is drawn at half the resolution, milliseconds: 20 a second.
+const LONGEST_MS: f64 = 50.0;
+/// So many frames in a row must take as long: a busy moment is no reason.
+const FRAMES: u32 = 20;
+
+/// Whether the picture has half the pixels across and down, and who decided so.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sharpness {
+    is_half: bool,
+    /// Whether the user did.
+    is_set: bool,
+    /// Frames in a row that took too long to draw.
+    slow: u32,
+}
+
+impl Sharpness {
+    /// Whether the picture has half the resolution.
+    pub fn is_half(self) -> bool {
+        self.is_half
+    }
+
+    /// Whether that was chosen by itself, as drawing took too long.
+    pub fn is_automatic(self) -> bool {
+        self.is_half && !self.is_set
+    }
+
+    /// Sets it for good.
+    pub fn set(&mut self, is_half: bool) {
+        *self = Sharpness { is_half, is_set: true, slow: 0 };
+    }
+
+    /// Halves it after enough frames in a row whose drawing, which is what steps leave of a frame,
+    /// took too long; only where a processor draws, and unless the user has decided.
+    pub fn follow(&mut self, quality: Quality, pace: Option<Pace>) {
+        let Some(pace) = pace.filter(|pace| 0.0 < pace.frame_rate) else { return };
+        let drawing_ms = 1e3 / pace.frame_rate - pace.steps_per_frame * pace.step_ms;
+        let is_slow = quality == Quality::Fast && LONGEST_MS < drawing_ms;
+        self.slow = if is_slow { self.slow + 1 } else { 0 };
+        self.is_half |= FRAMES <= self.slow && !self.is_set;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -104,5 +148,33 @@ mod tests {
         let held = Vec3::new(1.0, 2.0, 0.5);
         let dragged = viewport.drag_point(pos2(700.0, 100.0), held);
         assert!((viewport.camera.depth(dragged) - viewport.camera.depth(held)).abs() < 1e-4);
+    }
+
+    fn after(frames: u32, frame_rate: f64, step_ms: f64, quality: Quality) -> Sharpness {
+        let pace = Pace { frame_rate, steps_per_frame: 4.0, step_ms, ..Pace::default() };
+        let mut sharpness = Sharpness::default();
+        (0..frames).for_each(|_| sharpness.follow(quality, Some(pace)));
+        sharpness
+    }
+
+    #[test]
+    fn a_processor_that_draws_less_than_20_pictures_a_second_draws_half_of_the_pixels() {
+        assert!(after(FRAMES, 13.0, 1.0, Quality::Fast).is_automatic());
+        assert!(!after(FRAMES - 1, 13.0, 1.0, Quality::Fast).is_half());
+        assert!(!after(100, 25.0, 1.0, Quality::Fast).is_half());
+        // Steps take the time, or a graphics processor draws.
+        assert!(!after(100, 13.0, 10.0, Quality::Fast).is_half());
+        assert!(!after(100, 13.0, 1.0, Quality::Full).is_half());
+    }
+
+    #[test]
+    fn what_the_user_sets_stays() {
+        let pace = Pace { frame_rate: 5.0, ..Pace::default() };
+        let mut sharpness = Sharpness::default();
+        sharpness.set(false);
+        (0..100).for_each(|_| sharpness.follow(Quality::Fast, Some(pace)));
+        assert!(!sharpness.is_half());
+        sharpness.set(true);
+        assert!(sharpness.is_half() && !sharpness.is_automatic());
     }
 }

@@ -28,6 +28,37 @@ pub(crate) struct Canvas {
     pub gpu: Gpu,
     scene: Renderer,
     panels: egui_wgpu::Renderer,
+    format: TextureFormat,
+    half: Option<Half>,
+}
+
+/// A picture of half the resolution, on its way to the target.
+struct Half {
+    size: [u32; 2],
+    view: TextureView,
+    blitter: wgpu::util::TextureBlitter,
+}
+
+impl Half {
+    /// Makes room for the half of a picture of this size, pixels.
+    fn new(device: &wgpu::Device, format: TextureFormat, size: [u32; 2]) -> Self {
+        let [width, height] = size.map(|side| side.div_ceil(2).max(1));
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("half of the resolution"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage,
+            view_formats: &[],
+        });
+        let blitter = wgpu::util::TextureBlitterBuilder::new(device, format)
+            .sample_type(wgpu::FilterMode::Linear)
+            .build();
+        Half { size, view: texture.create_view(&wgpu::TextureViewDescriptor::default()), blitter }
+    }
 }
 
 impl Canvas {
@@ -35,7 +66,7 @@ impl Canvas {
     pub(crate) fn new(gpu: Gpu, (format, quality): (TextureFormat, Quality)) -> Self {
         let scene = Renderer::new(&gpu.device, (format, quality));
         let panels = egui_wgpu::Renderer::new(&gpu.device, format, RendererOptions::default());
-        Canvas { gpu, scene, panels }
+        Canvas { gpu, scene, panels, format, half: None }
     }
 
     /// Takes over egui's new textures, before it draws.
@@ -64,11 +95,24 @@ impl Canvas {
         painting: &Painting,
     ) {
         let &Painting { ref primitives, pixels_per_point, .. } = painting;
+        let format = self.format;
+        let half = viewer.sharpness.is_half().then(|| {
+            let old = self.half.take().filter(|half| half.size == size);
+            old.unwrap_or_else(|| Half::new(&self.gpu.device, format, size))
+        });
+        let (place, place_size, scale) = match &half {
+            Some(half) => (&half.view, size.map(|side| side.div_ceil(2).max(1)), 0.5),
+            None => (target, size, 1.0),
+        };
         for &side in viewer.sides() {
-            self.draw_side(target, size, viewer, (side, pixels_per_point));
+            self.draw_side(place, place_size, viewer, (side, scale * pixels_per_point));
         }
         let Gpu { device, queue, .. } = &self.gpu;
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        if let Some(half) = &half {
+            half.blitter.copy(device, &mut encoder, &half.view, target);
+        }
+        self.half = half;
         let screen = ScreenDescriptor { size_in_pixels: size, pixels_per_point };
         // Before the pass, which reads these buffers.
         let panels = &mut self.panels;

@@ -28,7 +28,9 @@
 //! tenth of the most that was in motion is told apart, see [`Witness::surplus`]: it says that the
 //! balance is wrong. The motion need not be, as at long steps the work of dampers is booked
 //! coarsely. A fall by as much, see [`Witness::loss`], is energy that nothing took: a bounce that
-//! returns too little, or the damping that a method such as backward Euler has by design.
+//! returns too little, or the damping that a method such as backward Euler has by design. It counts
+//! where it lasts for a window of samples, wherever that begins, and so does a lasting rise, see
+//! [`Witness::rise`].
 //!
 //! The detector sees no gain before the second window, and before the end of the first such a rise
 //! only where it is half of what is in motion.
@@ -76,6 +78,7 @@ pub struct Witness {
     balance: Balance,
     gain: f64,
     loss: f64,
+    rise: f64,
 }
 
 /// The change of the total.
@@ -86,8 +89,10 @@ struct Balance {
     /// Since the first sample, joules: now, and at the end of the last window.
     change: f64,
     settled: f64,
-    /// The highest change of this window, joules.
-    highest: f64,
+    /// The changes of the last samples, in a ring, and how many there were; at rest the last
+    /// change in motion.
+    recent: [f64; WINDOW as usize],
+    count: usize,
     /// The largest kinetic energy of this window, joules.
     kinetic: f64,
     /// What rounding can have added since the first sample, joules.
@@ -95,13 +100,17 @@ struct Balance {
 }
 
 impl Balance {
-    /// Takes a sample.
-    fn take(&mut self, energy: Energy, rounding: f64) {
+    /// Takes a sample; `most` is the most kinetic and elastic energy so far.
+    fn take(&mut self, energy: Energy, rounding: f64, most: f64) {
         self.rounding += rounding;
         let total = energy.total();
         self.change += self.last.map_or(0.0, |last| total - last);
         self.last = Some(total);
-        self.highest = self.highest.max(self.change);
+        let length = self.recent.len();
+        let before = self.recent[(self.count + length - 1) % length];
+        let is_moving = REST * most < energy.kinetic;
+        self.recent[self.count % length] = if is_moving { self.change } else { before };
+        self.count += 1;
         self.kinetic = self.kinetic.max(energy.kinetic);
     }
 
@@ -111,7 +120,17 @@ impl Balance {
         if self.kinetic <= REST * most {
             self.change = self.settled;
         }
-        (self.settled, self.kinetic, self.highest) = (self.change, 0.0, f64::NEG_INFINITY);
+        (self.settled, self.kinetic) = (self.change, 0.0);
+    }
+
+    /// The rise and the fall that the last samples have in common, joules; one is not positive.
+    fn lasting(&self) -> [f64; 2] {
+        if self.count < self.recent.len() {
+            return [0.0; 2];
+        }
+        let lowest = self.recent.into_iter().fold(f64::INFINITY, f64::min);
+        let highest = self.recent.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        [lowest, -highest]
     }
 }
 
@@ -160,7 +179,12 @@ impl Witness {
         self.supplied[2] = energy.supplied;
         let reference = *self.reference.get_or_insert(now);
         let window = &mut self.window;
-        self.balance.take(energy, rounding);
+        let most = Real::max(self.most, Real::max(window.scale, moving));
+        self.balance.take(energy, rounding, most);
+        let driven = self.supplied[2] - self.supplied[0];
+        let allowed = FRACTION * (most + driven) + self.balance.rounding;
+        let told = |change: f64| if allowed < change { change } else { 0.0 };
+        [self.rise, self.loss] = self.balance.lasting().map(told);
         if window.count == 0 || now < window.lowest {
             (window.lowest, window.moving) = (now, moving);
         }
@@ -193,11 +217,6 @@ impl Witness {
         let is_fed = self.at_stake() + self.balance.rounding < self.fed;
         let gained = if is_fed { Real::max(gained, self.fed) } else { gained };
         self.gain = if is_fed || allowed < gained { gained } else { 0.0 };
-        let lost = -self.balance.highest;
-        if REST * self.most < self.balance.kinetic {
-            let allowed = self.at_stake() + self.balance.rounding;
-            self.loss = if allowed < lost { lost } else { 0.0 };
-        }
         self.balance.settle(self.most);
         if highest < reference {
             (self.reference, self.rounding) = (Some(highest), 0.0);
@@ -224,11 +243,16 @@ impl Witness {
         FRACTION * (self.most + (supplied - first))
     }
 
-    /// That change where it is a lasting fall by more than rounding and a tenth of the most kinetic
-    /// and elastic energy so far, joules, as a positive number: energy that nothing took by any
-    /// account. Else 0.
+    /// That change where it is a fall of a window of samples by more than rounding and a tenth of
+    /// the most kinetic and elastic energy so far, joules, as a positive number: energy that
+    /// nothing took by any account. Else 0.
     pub fn loss(&self) -> f64 {
         self.loss
+    }
+
+    /// The same of a lasting rise, joules; else 0.
+    pub fn rise(&self) -> f64 {
+        self.rise
     }
 
     /// That change where it is a rise by more than rounding and a tenth of the most kinetic and

@@ -35,10 +35,13 @@ pub(crate) fn set_geometry<R: Real>(
     if view.style.grabs {
         marks::add_grabs(geometry, snapshot, view);
     }
-    geometry.level = view.style.planes.then(|| ground::level(geometry, snapshot)).flatten();
+    let hint = view.style.planes.then(|| ground::hint(geometry, snapshot, view)).flatten();
+    geometry.level =
+        view.style.planes.then(|| ground::level(geometry, snapshot)).flatten().or(hint);
     geometry.first_solid = geometry.vertices.len();
     if view.style.planes {
         ground::add_planes(geometry, snapshot, view);
+        hint.into_iter().for_each(|height| ground::add_hint(geometry, view, height));
         solids::add_solids(geometry, snapshot, (view, limit));
     }
 }

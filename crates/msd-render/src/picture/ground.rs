@@ -18,6 +18,9 @@ const WALL_SEEN: [f32; 2] = [3.0, 5.0];
 const LEVEL: f32 = 0.95;
 const UPRIGHT: f32 = 0.1;
 
+/// How opaque a hint of ground is.
+const HINTED: f32 = 0.5;
+
 /// The radius of a ball around the scene, metres; never zero.
 pub(crate) fn scene_radius(bounds: (Vec3, Vec3)) -> f32 {
     (0.5 * (bounds.1 - bounds.0).length()).max(0.1)
@@ -55,6 +58,37 @@ pub(crate) fn level<R: Real>(geometry: &Geometry, snapshot: &Snapshot<'_, R>) ->
     let level = flats(snapshot).filter(|(normal, _)| LEVEL < normal.y);
     let heights = level.map(|(_, offset)| offset - geometry.ball_radius);
     heights.filter(|height| is_drawable(Vec3::Y * *height)).reduce(f32::max)
+}
+
+/// The height of a hint of ground below what hangs on pins where there is no plane, metres.
+///
+/// It is a place for a shadow: the body would hang before an empty sky. Nothing meets it.
+///
+/// A step of its size below, so that it stays where it is while the body moves a little.
+pub(crate) fn hint<R: Real>(
+    geometry: &Geometry,
+    snapshot: &Snapshot<'_, R>,
+    view: &View,
+) -> Option<f32> {
+    let is_void = flats(snapshot).next().is_none();
+    let hangs = snapshot.inverse_masses.contains(&R::ZERO);
+    if !view.style.sky || !is_void || !hangs {
+        return None;
+    }
+    let step = 0.5 * (2.0 * scene_radius(geometry.bounds)).log2().ceil().exp2();
+    let height = ((geometry.bounds.0.y / step - 0.25).floor()) * step;
+    is_drawable(Vec3::Y * height).then_some(height)
+}
+
+/// Adds that hint.
+pub(crate) fn add_hint(geometry: &mut Geometry, view: &View, height: f32) {
+    let middle = (geometry.bounds.0 + geometry.bounds.1) * 0.5;
+    let centre = Vec3::new(middle.x, height, middle.z);
+    if height <= view.camera.eye().y {
+        let hint = patch(geometry, view, (Vec3::Y, centre));
+        geometry.patches.extend(hint.map(|hint| Patch { opacity: HINTED, ..hint }));
+        geometry.front_patches = geometry.patches.len();
+    }
 }
 
 /// The part of a plane that is drawn, from the point of it that is nearest to the scene.

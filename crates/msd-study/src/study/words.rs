@@ -147,10 +147,8 @@ pub fn sources(study: &Study) -> Option<String> {
     let count = study.trials.iter().filter(|trial| 0.0 < trial.gained).count();
     match count {
         0 => None,
-        1 => Some("One setting adds energy that nothing supplied: it is no choice.".into()),
-        _ => {
-            Some(format!("{count} settings add energy that nothing supplied: they are no choice."))
-        }
+        1 => Some("One setting gains energy and is excluded.".into()),
+        _ => Some(format!("{count} settings gain energy and are excluded.")),
     }
 }
 

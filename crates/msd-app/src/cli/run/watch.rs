@@ -29,6 +29,8 @@ pub struct Watch {
     witness: Witness,
     /// The most energy that was missing, joules.
     lost: f64,
+    /// The most by which the balance was too high for a while, joules.
+    risen: f64,
     /// Energy that the integrator has added.
     pub gain: Option<Gain>,
     /// How far the solves of an implicit method got.
@@ -69,6 +71,7 @@ impl Watch {
             stable,
             witness: Witness::default(),
             lost: 0.0,
+            risen: 0.0,
             gain: None,
             solved: None,
             chosen: None,
@@ -98,6 +101,7 @@ impl Watch {
         }
         self.elastic = runner.show_to(&mut self.witness).elastic;
         self.lost = self.lost.max(self.witness.loss());
+        self.risen = self.risen.max(self.witness.rise());
         let gain = self.witness.gain();
         self.gain = Gain::now(self.gain, gain, (runner.time(), self.elastic));
         if let Some(solved) = runner.solved() {
@@ -168,7 +172,7 @@ impl Watch {
 
     /// The warning that the balance of energy is wrong, unless a gain says so already.
     fn surplus(&self, integrator: Integrator) -> Option<String> {
-        let surplus = self.witness.surplus();
+        let surplus = self.risen.max(self.witness.surplus());
         let is_told = self.is_handled || self.gain.is_some() || self.squeezed;
         (0.0 < surplus && !is_told).then(|| {
             format!(

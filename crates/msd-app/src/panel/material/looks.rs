@@ -93,7 +93,7 @@ fn picker(ui: &mut Ui, now: [u8; 3]) -> Option<[u8; 3]> {
     });
     let mut mixed = now;
     for (name, part) in ["Red", "Green", "Blue"].into_iter().zip(&mut mixed) {
-        slider(ui, name, Slider::new(part, 0..=255));
+        slider(ui, (name, "Part of the colour, of 255"), Slider::new(part, 0..=255));
     }
     picked.or((mixed != now).then_some(mixed))
 }

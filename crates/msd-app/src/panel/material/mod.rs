@@ -18,6 +18,27 @@ const STIFFNESS: &str = "N/m";
 /// The units of numbers that are shown with prefixes, by the place of the unit in the list.
 const PREFIXED: [&str; 4] = [STIFFNESS, "Pa", "s", "m"];
 
+/// What the sliders mean, by their names.
+const ABOUT: [(&str, &str); 17] = [
+    ("Young", "Young's modulus: how stiff the material is"),
+    ("Density", "Mass per volume, or per area of a sheet"),
+    ("Loss", "Relaxation time: how long a strain takes to die out; 0 for no damping"),
+    ("Thickness", "Thickness of the sheet: it bends by its third power"),
+    ("Rest length", "Length of the springs at rest, times that of the scene"),
+    ("Radius", "Radius of particles: two collide at the sum of theirs"),
+    ("Push", "Stiffness of the contact between particles"),
+    ("Grip", "Friction between particles: at most this factor times the push"),
+    ("Mass", "Mass of each particle"),
+    ("Stiffness", "Force of a spring per length that it is stretched by"),
+    ("Damping", "Force of a spring per speed at which it stretches"),
+    ("Gravity", "Acceleration downwards"),
+    ("Restitution", "Fraction of the speed that a bounce returns: 0 to 1"),
+    ("Friction", "Friction of planes and solids, by the law below"),
+    ("Wind", "Force on each particle"),
+    ("Heading", "Direction of the wind; 0° is along x"),
+    ("Gusts", "How much the wind comes and goes: 0 is steady"),
+];
+
 /// Sliders for material and world.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let Viewer { looks, landmarks, .. } = viewer;
@@ -121,7 +142,8 @@ fn change(
             }
         },
     };
-    let mut response = slider(ui, label, widget);
+    let about = ABOUT.into_iter().find(|&(name, _)| name == label).map_or("", |(_, about)| about);
+    let mut response = slider(ui, (label, about), widget);
     if value.mixed {
         response = response.on_hover_text("Springs or particles differ; a move sets all of them");
     }

@@ -7,6 +7,10 @@ use core::array::from_fn;
 /// opposite of the rest there is none.
 const LEAST_PART_SQUARED: f64 = 1e-8;
 
+/// The square of how much steeper than that of a flat bend a gradient may be: shells in use are
+/// below 2.
+const STEEPEST_SQUARED: f64 = 4.0;
+
 /// A bend that is curved at rest, as it is bent.
 ///
 /// With e = x1 − x0, f = w2 (x2 − x0) − w3 (x3 − x0), s the weighted sum and m = e × f/|e|,
@@ -82,11 +86,21 @@ impl<R: Real> Curved<R> {
         self.spread(y, self.pulls(y * (R::ZERO - self.rest)))
     }
 
-    /// The gradient p of d·ŵ by the particles.
+    /// The gradient p of d·ŵ by the particles, along which a damper acts.
+    ///
+    /// It has no bound where ŵ turns in no time, as where the edge shrinks to nothing, and a damper
+    /// that stiff makes any substep unstable: a longer one is shortened, which takes less power.
     #[inline(always)]
     pub(super) fn gradient(&self) -> [R::Vec3; 4] {
         let sum = (self.normal + self.tilt * self.rest) * self.part;
-        self.spread(sum, self.pulls((self.tilt - self.normal * self.rest) * self.part))
+        let all = self.spread(sum, self.pulls((self.tilt - self.normal * self.rest) * self.part));
+        let square = |vectors: [R::Vec3; 4]| {
+            vectors.into_iter().fold(R::ZERO, |sum, vector| sum + vector.dot(vector))
+        };
+        let flat = self.weights.into_iter().fold(R::ZERO, |sum, w| sum + w * w);
+        let (most, square) = (flat * R::of(STEEPEST_SQUARED), square(all));
+        let shrink = if square <= most { R::ONE } else { (most / square).sqrt() };
+        all.map(|vector| vector * shrink)
     }
 
     /// The pulls along e and f of one along m.
