@@ -59,7 +59,7 @@ macro_rules! on {
 /// What is known of particles that touch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Touched {
-    /// Pairs of particles that may have passed through each other since the start; see
+    /// How often bodies may have crossed since the start; see
     /// [`Ledger::passes`](msd_core::Ledger::passes).
     pub passes: u64,
     /// Pairs of triangles of surfaces that touch, and cross now; see [`crossings`].
@@ -481,7 +481,7 @@ impl Runner {
         })
     }
 
-    /// Substeps since the start in which shells may have crossed.
+    /// How often shells may have crossed since the start.
     pub fn passes(&self) -> u64 {
         on!(self, simulation => simulation.ledger().passes())
     }

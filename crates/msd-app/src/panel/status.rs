@@ -75,9 +75,9 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
 /// What passed through what: particles that may have, surfaces and solids that do.
 fn passed(session: &Session) -> impl Iterator<Item = (String, &'static str)> {
     let passes = (0 < session.passes()).then(|| {
-        let text = format!("may have crossed in {}", counted(session.passes(), "substep"));
-        let hover = "In so many substeps since the start particles were too fast for all contacts \
-                     between bodies to be seen: shorten the step";
+        let text = format!("bodies may have crossed {}", counted(session.passes(), "time"));
+        let hover = "So often since the start bodies went through each other, or were too fast for \
+                     all of their contacts to be seen: shorten the step";
         (text, hover)
     });
     let crossings = session.crossings().filter(|&crossings| 0 < crossings).map(|crossings| {

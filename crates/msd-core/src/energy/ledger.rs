@@ -22,7 +22,7 @@ pub struct Ledger {
     /// The effect of obstacles.
     #[cfg_attr(feature = "serde", serde(default))]
     contacts: Contacts,
-    /// Substeps in which shells may have crossed.
+    /// How often shells may have crossed.
     #[cfg_attr(feature = "serde", serde(default))]
     passes: u64,
 }
@@ -49,8 +49,8 @@ impl Ledger {
         self.contacts
     }
 
-    /// Substeps in which particles were so fast that not all shells that may have met were seen:
-    /// some may have crossed.
+    /// How often shells may have crossed: substeps in which particles were so fast that not all that
+    /// may have met were seen, and features that were seen to have gone through each other.
     pub fn passes(&self) -> u64 {
         self.passes
     }

@@ -71,8 +71,9 @@ pub(crate) struct Done {
     pub(crate) touched: bool,
     /// Energy that user-defined elements have driven into the system, joules.
     pub(crate) given: f64,
-    /// Substeps in which shells may have crossed.
+    /// How often shells may have crossed in the step, and were seen to have before it.
     pub(crate) passes: u64,
+    pub(crate) crossed: u64,
     /// Whether a solid turned or moved by too much in a substep in which it met a particle, or
     /// friction did not settle: a step of more substeps is needed.
     pub(crate) turned: bool,
@@ -319,10 +320,15 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.has_rows()
     }
 
-    /// Takes note of whether particles are too fast for shells to be known to stop them.
+    /// Takes note of whether particles are too fast for shells to be known to stop them, and of what
+    /// was seen to have crossed.
     pub(super) fn note_fast(&mut self, is_fast: bool) {
         self.done.turned |= is_fast;
         self.done.passes += u64::from(is_fast);
+        let crossed = self.rows.take_crossed();
+        // More substeps of this step would not undo what crossed before it.
+        let to = if self.finished == 0 { &mut self.done.crossed } else { &mut self.done.passes };
+        *to += crossed;
     }
 
     /// Ends a substep of these mean velocities in the solve of which shells met; `mirrors` where
@@ -349,6 +355,7 @@ impl<'a, R: Real> StepContext<'a, R> {
         let Columns { positions, velocities } = &mut *self.state;
         let kick = (&*self.scratch.forces, length);
         let contacts = self.rows.hold(&at, (positions, velocities), kick);
+        self.done.passes += self.rows.take_crossed();
         self.done.meet(contacts);
     }
 
@@ -376,6 +383,7 @@ impl<'a, R: Real> StepContext<'a, R> {
         let (h, at) = (self.substep(), self.rows_at());
         let Columns { positions, velocities } = &mut *self.state;
         let contacts = self.rows.end(&at, [positions, velocities], (h, is_late));
+        self.done.passes += self.rows.take_crossed();
         self.done.meet(contacts);
     }
 

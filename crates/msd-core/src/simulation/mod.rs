@@ -214,7 +214,7 @@ impl<R: Real> Simulation<R> {
         self.model.pushes.0.clear();
         self.queue.clear();
         self.ledger.book(done.counted, done.given, done.contacts);
-        self.ledger.note_passes(done.passes);
+        self.ledger.note_passes(done.passes + done.crossed);
         self.steps += 1;
         Ok(true)
     }

@@ -4,7 +4,7 @@ use super::{ALL, G, crossings, cubes, run, shell, start};
 use msd_core::glam::{DVec3, dvec3};
 use msd_core::scene::Between;
 use msd_core::{Instructions, Integrator, Particle, Pin, Real, Scene, Settings, Shell, Simulation};
-use msd_core::{Vector, World};
+use msd_core::{Shape, Solid, Vector, World};
 
 fn weightless() -> World {
     World { gravity: DVec3::ZERO, ..World::default() }
@@ -201,5 +201,28 @@ fn shells_that_meet_none_suit_every_method() {
         run(&mut simulation, 0.5);
         let passed = simulation.position(0).to_f64().x;
         assert!((passed - 0.0).abs() < 1e-12, "{integrator}: {passed}");
+    }
+}
+
+/// A ball between a pinned triangle and a box that comes down on it: it is pushed through, which is
+/// counted, unless the box stops above.
+#[test]
+fn what_is_pushed_through_is_counted() {
+    let corner = |x, z| Particle { position: dvec3(x, 0.0, z), velocity: DVec3::ZERO, mass: 1.0 };
+    let mut particles = vec![corner(-2.0, -2.0), corner(4.0, -2.0), corner(-2.0, 4.0)];
+    particles.push(Particle { position: dvec3(0.0, 0.15, 0.0), ..corner(0.0, 0.0) });
+    let plate = Shell { triangles: vec![[0, 1, 2]], ..shell(0.01, 0.0) };
+    let pins = (0..3).map(|particle| Pin { particle, velocity: DVec3::ZERO }).collect();
+    let mut lid = Solid::new(Shape::Box { size: dvec3(1.0, 1.0, 1.0) });
+    (lid.position, lid.velocity) = (dvec3(0.0, 0.7, 0.0), dvec3(0.0, -0.5, 0.0));
+    let (shells, solids) = (vec![plate, point(3, 0.01)], vec![lid]);
+    let scene = Scene { world: weightless(), particles, pins, shells, solids, ..Scene::default() };
+    for integrator in [Integrator::VelocityVerlet, Integrator::Rk4, Integrator::ExplicitEuler] {
+        let mut simulation = start::<f64>(&scene, integrator, 8);
+        run(&mut simulation, 0.3);
+        assert_eq!(simulation.ledger().passes(), 0, "{integrator} before");
+        run(&mut simulation, 0.3);
+        let height = simulation.position(3).y;
+        assert!(height < 0.0 && 0 < simulation.ledger().passes(), "{integrator}: at {height}");
     }
 }

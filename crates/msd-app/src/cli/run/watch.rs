@@ -41,7 +41,7 @@ pub struct Watch {
     pub substeps: u64,
     /// Whether user input, such as a moving pin, did work.
     is_handled: bool,
-    /// Substeps in which shells may have crossed, before and since the start.
+    /// How often shells may have crossed, before and since the start.
     passes: [u64; 2],
     /// The most pairs of triangles that were seen to cross at once.
     pub crossed: Option<Crossed>,
@@ -224,8 +224,8 @@ impl Watch {
             });
         let passed = (0 < self.passes[1]).then(|| {
             format!(
-                "in {} substeps particles were too fast for all contacts between bodies to be \
-                 seen, and may have passed through{}; shorten the step",
+                "{} times bodies went through each other, or were too fast for all of their \
+                 contacts to be seen{}; shorten the step",
                 self.passes[1],
                 if self.chosen.is_some() {
                     ", in the most substeps that are automatic"

@@ -63,7 +63,7 @@ impl Session {
         touches(self.runner())
     }
 
-    /// Substeps since the start in which bodies may have passed through each other.
+    /// How often bodies may have crossed since the start.
     pub fn passes(&self) -> u64 {
         self.runner().passes()
     }

@@ -32,6 +32,8 @@ pub(crate) struct ShellRows<R: Real> {
     keys: Vec<u64>,
     near: Vec<(u64, usize)>,
     are_held: Vec<bool>,
+    /// How many rows were seen whose sides have gone through each other.
+    crossed: u64,
 }
 
 impl<R: Real> ShellRows<R> {
@@ -77,6 +79,11 @@ impl<R: Real> ShellRows<R> {
         };
         self.rows.clear();
         self.rows.extend(impulses.iter().map(row));
+    }
+
+    /// Takes the count of rows whose sides were seen to have gone through each other.
+    pub(crate) fn take_crossed(&mut self) -> u64 {
+        core::mem::take(&mut self.crossed)
     }
 
     /// Whether there are rows.
@@ -169,6 +176,7 @@ impl<R: Real> ShellRows<R> {
             while last.next_if(|before| before.key < row.key).is_some() {}
             if let Some(before) = last.next_if(|before| before.key == row.key) {
                 (row.push, row.parting) = (before.push, before.parting);
+                self.crossed += u64::from(row.normal.dot(before.normal) < R::of(TURNED_ABOUT));
                 row.rub = before.rub - row.normal * row.normal.dot(before.rub);
                 finder.turn(row);
             }
@@ -329,7 +337,12 @@ impl<R: Real> ShellRows<R> {
     fn follow(&mut self, at: &At<'_, R>) {
         let finder = Finder::new(at, &self.patch, R::LARGEST.sqrt() * R::HALF);
         let acts = |row: &&mut ContactRow<R>| !row.is_of_obstacle() && row.push != R::ZERO;
-        self.rows.iter_mut().filter(acts).for_each(|row| finder.follow(row));
+        for row in self.rows.iter_mut().filter(acts) {
+            let before = row.normal;
+            finder.follow(row);
+            // Two that went through each other have their normal turned about.
+            self.crossed += u64::from(row.normal.dot(before) < R::of(TURNED_ABOUT));
+        }
     }
 }
 
@@ -356,5 +369,8 @@ fn spread<S: Simd, R: Real>(
 
 /// More than the part by which particles get faster in a sweep.
 const SPARE: f64 = 1.1;
+/// The cosine of the angle from which on a normal is turned about: more than what slides round a
+/// corner turns by in a substep.
+const TURNED_ABOUT: f64 = -0.5;
 /// The largest margin of a row, in reaches: beyond it lists would be of no use.
 const MOST_MARGIN: f64 = 20.0;
