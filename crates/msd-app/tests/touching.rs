@@ -171,7 +171,7 @@ fn the_sliders_are_there_for_what_touches() {
     let before = thickness(&harness);
     for label in ["Gap", "Grip", "Bounce"] {
         let slider = harness.get_by_role_and_label(Role::Slider, label).rect();
-        let at = slider.left_center() + Vec2::new(30.0, 0.0);
+        let at = slider.left_center() + Vec2::new(12.0, 0.0);
         harness.drag_at(at);
         harness.run_steps(1);
         harness.drop_at(at);

@@ -25,9 +25,9 @@ const ABOUT: [(&str, &str); 17] = [
     ("Loss", "Relaxation time: how long a strain takes to die out; 0 for no damping"),
     ("Thickness", "Thickness of the sheet: it bends by its third power"),
     ("Rest length", "Length of the springs at rest, times that of the scene"),
-    ("Radius", "Radius of particles: two collide at the sum of theirs"),
-    ("Push", "Stiffness of the contact between particles"),
-    ("Grip", "Friction between particles: at most this factor times the push"),
+    ("Gap", "Distance that the surface keeps on each side: two bodies stop at the sum of theirs"),
+    ("Grip", "Friction between bodies: at most this factor times the push"),
+    ("Bounce", "Part of the approach speed with which bodies part; soft ones bounce by themselves"),
     ("Mass", "Mass of each particle"),
     ("Stiffness", "Force of a spring per length that it is stretched by"),
     ("Damping", "Force of a spring per speed at which it stretches"),
@@ -120,12 +120,14 @@ fn change(
     least: f64,
 ) -> (Option<f64>, Rect) {
     let mut number = value.first;
+    // A smaller number than the least would become zero.
+    let decimals = if 0.0 < least { 3.max((-least.log10()).ceil() as usize) } else { 2 };
     // A scene may be outside the range of the slider: only what the user drags is kept inside.
     let widget = Slider::new(&mut number, range)
         .clamping(SliderClamping::Edits)
         .logarithmic(0.0 < least)
         .smallest_positive(least.max(1e-9))
-        .max_decimals(if 0.0 < least { 3 } else { 2 });
+        .max_decimals(decimals);
     let widget = match unit {
         // The number of the first would pass for that of all.
         _ if value.mixed => widget.custom_formatter(|_, _| "mixed".to_owned()),
