@@ -49,7 +49,7 @@ fn declared(line: &str) -> Option<&str> {
 }
 
 /// Types of one name in one crate.
-const NAMESAKES: [(&str, &str); 6] = [
+const NAMESAKES: [(&str, &str); 5] = [
     // One for each method, read with the name of its module.
     ("crates/msd-core", "Scratch"),
     // A particle that obstacles hold, by the law of the adaptive and of the implicit methods.
@@ -59,7 +59,6 @@ const NAMESAKES: [(&str, &str); 6] = [
     ("crates/msd-core", "Tangent"),
     // An obstacle at a particle and a stretch of time, at the end of a substep and within one.
     ("crates/msd-core", "Span"),
-    ("crates/msd-core", "Touch"),
 ];
 
 #[test]

@@ -1,14 +1,15 @@
 //! Automatic substeps: as many as the predicted limit of stability asks for, and no clock involved.
 //!
 //! They are chosen where a run is opened and where its springs, masses or settings change, and
-//! renewed after every so many steps: a function of state, settings and the number of steps, so that
-//! a run that was saved or replayed has the same bits. A lazy run chooses them no earlier than at
-//! its next step, and piece by piece before that.
+//! renewed after every so many steps: a function of state, settings and the number of steps, so
+//! that a run that was saved or replayed has the same bits. A lazy run chooses them no earlier than
+//! at its next step, and piece by piece before that.
 //!
-//! A step in which shells may cross, or in a substep of which a particle goes a tenth of a radian round a solid that it meets, or such a solid moves by more than half of
-//! its thickness, is taken again with twice as many, and these stay until the next renewal. So is
-//! one in which energy appears that nothing supplied: a body that is pressed flat is stiffer than
-//! at the last prediction.
+//! A step in which shells may cross, or in a substep of which a particle goes a tenth of a radian
+//! round a solid that it meets, or such a solid moves by more than half of its thickness, is taken
+//! again with twice as many, and these stay until the next renewal. So is one in which energy
+//! appears that nothing supplied: a body that is pressed flat is stiffer than at the last
+//! prediction.
 
 use Automatic::{Begun, Chosen, Due, Wanted};
 use msd_core::stability::Estimator;

@@ -49,8 +49,8 @@ impl Ledger {
         self.contacts
     }
 
-    /// How often shells may have crossed: substeps in which particles were so fast that not all that
-    /// may have met were seen, and features that were seen to have gone through each other.
+    /// How often shells may have crossed: substeps in which particles were so fast that not all
+    /// that may have met were seen, and features that were seen to have gone through each other.
     pub fn passes(&self) -> u64 {
         self.passes
     }

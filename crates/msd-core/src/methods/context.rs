@@ -320,8 +320,8 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.has_rows()
     }
 
-    /// Takes note of whether particles are too fast for shells to be known to stop them, and of what
-    /// was seen to have crossed.
+    /// Takes note of whether particles are too fast for shells to be known to stop them, and of
+    /// what was seen to have crossed.
     pub(super) fn note_fast(&mut self, is_fast: bool) {
         self.done.turned |= is_fast;
         self.done.passes += u64::from(is_fast);

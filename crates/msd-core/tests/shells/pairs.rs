@@ -100,8 +100,8 @@ fn friction_of_a_pair_is_the_mean_of_both_or_what_is_said_of_it() {
             let off = (velocity.x - right).abs();
             let most = 1e-5 + left_by(integrator) * right.abs();
             assert!(off < most, "{integrator} {friction:?} {between:?}: {velocity}, not {right}");
-            // Its heat is the work of friction, μ m G times the way, to two substeps of it, and what
-            // it loses as it lies down, having fallen for two.
+            // Its heat is the work of friction, μ m G times the way, to two substeps of it, and
+            // what it loses as it lies down, having fallen for two.
             let heat = factor * G * position.x;
             let booked = simulation.dissipated();
             let most = 2.0 * factor * G * velocity.x / 960.0 + 2.0 * (G / 960.0).powi(2);

@@ -170,7 +170,7 @@ fn closed(scene: &Scene, shell: &Shell) -> Vec<[usize; 2]> {
     each_crossing(triangles.collect(), |[one, other]| {
         pairs.extend(one.into_iter().flat_map(|a| other.map(|b| [a, b])));
     });
-    let (particles, world) = (scene.particles.clone(), scene.world.clone());
+    let (particles, world) = (scene.particles.clone(), scene.world);
     let mut alone = Scene { particles, world, shells: vec![shell.clone()], ..Scene::default() };
     // Where the nearest features are exempt, others may be next.
     for _ in 0..MOST_ROUNDS {
