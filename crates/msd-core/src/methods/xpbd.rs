@@ -45,7 +45,8 @@ impl<R: Real> Scratch<R> {
 /// Bends follow, likewise, along the direction of their sum, and volumes along their gradient; then
 /// volumes, bends and springs once more, backwards. Then v' = d / h, and where shells meet their
 /// rows correct v' and with it d. It is the paper's step with compliance 1/k and damping b,
-/// multiplied by k h², so that k = 0 leaves a damper: alone, a spring does the step of backward Euler.
+/// multiplied by k h², so that k = 0 leaves a damper: alone, a spring does the step of backward
+/// Euler.
 ///
 /// **It is stable at every h where no shells meet**: to and fro, the sweeps of Gauss and Seidel
 /// are a symmetric P with 0 < P <= A⁻¹, A = J W Jᵀ + 1/(k h²). With S = √W Jᵀ P J √W the step is
