@@ -34,7 +34,9 @@ fn stays_in_the_world_and_well_below_the_largest_stable_substep(name: &str) {
     for _ in 0..20 {
         run(&mut runner, 0.5);
         let stable = runner.stable_substep();
-        assert!(h <= 0.75 * stable, "{name} at {} s: {h:e} of {stable:e}", runner.time());
+        // Automatic ones are those that the prediction allows.
+        let part = if runner.is_automatic() { 1.0 } else { 0.75 };
+        assert!(h <= part * stable, "{name} at {} s: {h:e} of {stable:e}", runner.time());
     }
     let finite = on!(&runner, simulation => simulation.energy().total().is_finite());
     assert!(finite);
@@ -54,12 +56,12 @@ macro_rules! ten_seconds {
 }
 
 ten_seconds! {
-    cube jelly bunny cloth drape pile flag dice foam mattress snake spinner waffle teapot chain
-    square square4
+    cube jelly bunny cloth drape pile flag stairs dice foam mattress snake spinner waffle teapot
+    chain square square4
 }
 
 /// Scenes of which `touching_scenes.rs` asks the same.
-const ELSEWHERE: [&str; 6] = ["trampoline", "twist", "funnel", "knot", "curtain", "stairs"];
+const ELSEWHERE: [&str; 5] = ["trampoline", "twist", "funnel", "knot", "curtain"];
 
 #[test]
 fn every_built_in_scene_runs_for_ten_seconds() {
@@ -67,6 +69,15 @@ fn every_built_in_scene_runs_for_ten_seconds() {
     let here: Vec<&str> = here.filter(|name| !ELSEWHERE.contains(name)).collect();
     assert_eq!(here, ten_seconds_of::NAMES);
     assert_eq!(BUILTINS.len(), here.len() + ELSEWHERE.len());
+}
+
+#[test]
+fn the_foam_comes_down_all_the_stairs() {
+    let mut runner = runner("stairs");
+    (0..600).for_each(|_| runner.step().expect("a stable run"));
+    let positions = positions(&runner);
+    let middle = positions.iter().sum::<DVec3>() / positions.len() as f64;
+    assert!(2.0 < middle.x && middle.y < 0.6, "{middle}");
 }
 
 /// Its free edge stays up and swings to and fro, and the air is booked in the energy balance.

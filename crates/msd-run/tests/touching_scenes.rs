@@ -129,15 +129,6 @@ fn the_curtain_closes_behind_the_ball() {
     assert!(gap(&runner) < 0.15, "{} m stay open", gap(&runner));
 }
 
-#[test]
-fn the_foam_comes_down_all_the_stairs() {
-    let mut runner = runner("stairs");
-    run("stairs", &mut runner, 10, |_| {});
-    let positions = positions(&runner);
-    let middle = positions.iter().sum::<DVec3>() / positions.len() as f64;
-    assert!(2.0 < middle.x && middle.y < 0.6, "{middle}");
-}
-
 /// Five cubes of 4 cm, each 4 mm or less lower than its own size and both thicknesses by what it
 /// bears: 200 kPa under 4 cubes of 0.4 kPa each.
 #[test]
