@@ -6,7 +6,7 @@ use msd_core::{Real, Simulation, Vector};
 use msd_scene::crossing::{Triangle, each_crossing};
 
 /// What counting costs for a triangle at most, in evaluations of a spring with all that a step does
-/// beside it: 12 to 88 in the built-in scenes of what touches.
+/// beside it: 12 to 88 in the built-in scenes where bodies meet.
 const COST: f64 = 100.0;
 
 /// Counts the pairs of triangles of which an edge of one passes through the inside of the other: of

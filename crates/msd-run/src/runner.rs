@@ -56,13 +56,13 @@ macro_rules! on {
     };
 }
 
-/// What is known of particles that touch.
+/// Failures of contact between bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Touched {
     /// How often bodies may have crossed since the start; see
     /// [`Ledger::passes`](msd_core::Ledger::passes).
     pub passes: u64,
-    /// Pairs of triangles of surfaces that touch, and cross now; see [`crossings`].
+    /// Pairs of triangles that cross now, of surfaces that meet; see [`crossings`].
     pub crossings: u64,
 }
 
@@ -374,7 +374,7 @@ impl Runner {
         if is_due { self.set_automatic(true) } else { Ok(()) }
     }
 
-    /// Replaces how particles touch; automatic substeps are chosen anew.
+    /// Replaces how bodies meet; automatic substeps are chosen anew.
     ///
     /// # Errors
     /// See [`Simulation::set_shells`].
@@ -471,7 +471,7 @@ impl Runner {
         on!(self, simulation => simulation.contacts())
     }
 
-    /// What is known of bodies that touch; `None` where none does.
+    /// Failures of contact between bodies; `None` where no bodies meet.
     pub fn touched(&self) -> Option<Touched> {
         on!(self, simulation => {
             simulation.model().do_bodies_meet().then(|| Touched {

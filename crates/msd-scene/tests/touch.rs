@@ -42,12 +42,12 @@ fn what_stands_between_two_bodies_is_said_by_either() {
         let error = parse(&text, SceneFormat::Toml, "s.toml").expect_err(words).to_string();
         assert!(error.contains(words), "{error}");
     };
-    let again = "bodies[1].touch.with[0].body is \"a\" again: how the two meet is said once";
+    let again = "bodies[1].touch.with[0].body is \"a\" again; give each pair of bodies one entry";
     refused([rope("a", &of_b), rope("b", &of_a)], again);
     let ignores = "touch = { ignore = ['b'] }";
     let words = "bodies[1].touch.with[0].body is \"a\", and one of the two ignores the other";
     refused([rope("a", ignores), rope("b", &of_a)], words);
-    // One that touches nothing is told.
+    // An entry without an effect is noted.
     let notes = load(&[rope("a", ""), rope("b", &of_a)].concat()).notes;
     assert_eq!(notes, ["bodies[1].touch.with[0] has no effect: \"a\" has no table `touch`"]);
 }
@@ -64,7 +64,7 @@ const REFUSED: [(&str, &str); 15] = [
     ("touch = { ignore = ['rop'] }", "touch.ignore[0] names no body: \"rop\"; `rope` is one"),
     (
         "touch = { radius = 0.1, thickness = 0.1 }",
-        "touch.radius is an older name of `thickness`, which stands beside it: leave it out",
+        "touch.radius is the older name of `thickness`, which is given too; remove `radius`",
     ),
     ("touch = { ignore = ['rope'] }", "touch.ignore[0] is the body itself; ... itself = false"),
     ("touch = { raduis = 1 }", "raduis"),
@@ -72,7 +72,7 @@ const REFUSED: [(&str, &str); 15] = [
     (
         "touch = {}\n[[bodies]]\nkind = 'explicit'\nparticles = [{ position = [0, 0, 0] }]\n\
          touch = {}",
-        "bodies[1].touch lacks the key `thickness`: the body has no spring that it follows from",
+        "bodies[1].touch lacks the key `thickness`: without springs it has no default",
     ),
     (
         "touch = { ignore = ['rope'] }\n[[bodies]]\nkind = 'rope'\nsize = [3]\ntouch = {}",
@@ -83,7 +83,7 @@ const REFUSED: [(&str, &str); 15] = [
         "names no body: \"e\\u{1b}[31m\\n\"; `e\\u{1b}[31m\\n\\u{202e}` is one",
     ),
     ("touch = { with = [{ body = 'rop' }] }", "with[0].body names no body: \"rop\"; `rope` is one"),
-    ("touch = { with = [{ body = 'rope' }] }", "touch.with[0].body is the body itself; its own"),
+    ("touch = { with = [{ body = 'rope' }] }", "touch.with[0].body is the body itself; set its"),
     ("touch = { with = [{ body = 'rope', friction = -1 }] }", "with[0].friction is -1; it must be"),
 ];
 
@@ -117,21 +117,19 @@ fn a_body_that_starts_inside_another_is_told() {
     let both = ["touch = { thickness = 0.04 }"; 2];
     // Of 64 particles 27 are inside, of which 8 are inside of b too. Each is √3 x 0.05 m from the
     // nearest corners of the squares around it, and both thicknesses more are 0.08 m.
-    let told = "b starts inside a with 19 of the 56 particles by which it touches, up to about \
-                0.17 m deep: they stay in each other: move one of them";
+    let told = "b starts inside a with 19 of its 56 contact particles, up to about 0.17 m deep, \
+                and stays inside: move one of the two bodies";
     assert_eq!(cubes([0.05; 3], both, ""), [told]);
     // One in another that is larger: the other way round.
     let small = "[[bodies]]\nname = 'c'\nkind = 'block'\nsize = [2, 2, 2]\nspacing = 0.01\n\
                  touch = {}\n";
     let small = cubes([9.0; 3], both, small);
-    assert!(
-        small.len() == 1 && small[0].starts_with("c starts inside a with 8 of the 8 particles")
-    );
+    assert!(small.len() == 1 && small[0].starts_with("c starts inside a with 8 of its 8 contact"));
     // Beside it, where they overlap by less than half of 0.08 m and by more.
     let beside = |gap: f64| cubes([0.3 + gap, 0.0, 0.0], both, "");
     assert!(beside(0.041).is_empty());
-    let told = "b starts inside a with 16 of the 56 particles by which it touches, up to about \
-                0.041 m deep: they stay in each other: move one of them";
+    let told = "b starts inside a with 16 of its 56 contact particles, up to about 0.041 m deep, \
+                and stays inside: move one of the two bodies";
     assert_eq!(beside(0.039), [told]);
 }
 
@@ -209,7 +207,7 @@ fn keys_of_older_files_are_read_and_noted() {
     let words = [
         "a: `touch.radius` is an older key, read as `thickness = 0.03`",
         "a: `touch.stiffness`, `touch.damping` and `touch.triangles` have no effect: surfaces meet \
-         by their triangles and without a stiffness",
+         by their triangles, without a stiffness",
     ];
     assert_eq!(loaded.notes, words);
     // No thicker than a thickness may be.

@@ -72,18 +72,19 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
     });
 }
 
-/// What passed through what: particles that may have, surfaces and solids that do.
+/// Failures of contact: bodies that may have crossed, surfaces that cross, and solids that went
+/// through a surface.
 fn passed(session: &Session) -> impl Iterator<Item = (String, &'static str)> {
     let passes = (0 < session.passes()).then(|| {
         let text = format!("bodies may have crossed {}", counted(session.passes(), "time"));
-        let hover = "So often since the start bodies went through each other, or were too fast for \
-                     all of their contacts to be seen: shorten the step";
+        let hover = "Since the start: bodies went through each other, or were too fast for msd to \
+                     find all contacts. Shorten the step";
         (text, hover)
     });
     let crossings = session.crossings().filter(|&crossings| 0 < crossings).map(|crossings| {
         let text = format!("{} of triangles cross", counted(crossings, "pair"));
-        let hover = "Surfaces pass through each other, as counted within the last second: use \
-                     more substeps, a larger thickness or a finer spacing";
+        let hover = "Surfaces pass through each other, counted within the last second. Use more \
+                     substeps, a larger thickness or a finer spacing";
         (text, hover)
     });
     let pierced = session.pierced().map(|Pierced { solid, body, time }| {

@@ -444,7 +444,7 @@ impl Viewer {
     pub fn link(&self) -> Result<Link, String> {
         let (session, camera) = (&self.session, self.camera);
         if session.is_touch_edited() {
-            return Err("a link has no place for how bodies touch: save the scene instead".into());
+            return Err("a link cannot hold how bodies touch: save the scene instead".into());
         }
         let name = &session.loaded().name;
         let target = if self.follow { self.beside } else { camera.target };

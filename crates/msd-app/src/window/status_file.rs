@@ -16,8 +16,8 @@
 //! (`back` and `ahead`: how many states one can look back to, and come back to; `undo` and `redo`:
 //! what they would take back and do again, or null), `recording` (its file or null), `twin` (null,
 //! or its root mean square distance, m), `gallery` (null, or how many of its pictures are drawn),
-//! `solids` (where their middles are seen), `passes` and `crossings` (pairs that may have passed
-//! through each other, pairs of triangles that cross, or null), `contacts` (with obstacles, since
+//! `solids` (where their middles are seen), `passes` and `crossings` (how often bodies may
+//! have crossed, pairs of triangles that cross, or null), `contacts` (with obstacles, since
 //! the start), `pierced` (whether a solid went through a surface), `full_screen`, `focus` (whether
 //! a control has the keyboard), `group` and `grabs` (how many particles are to be grabbed together,
 //! and are held), `guide` (steps done of the guide, or null), `wireframe`, `camera` (`yaw`,

@@ -5,10 +5,10 @@ use alloc::vec::Vec;
 
 /// Triangles, edges and points that keep a distance from those of other shells.
 ///
-/// Two shells stop each other where their middle surfaces are as close as the sum of their
+/// Two shells stop each other where the distance of their middle surfaces is the sum of their
 /// thicknesses. They do so by impulses, without a stiffness: a shell does not limit the substep.
-/// Friction along them is Coulomb's, with the factor √(a b) of the two. The larger coefficient of
-/// restitution counts.
+/// Friction is Coulomb's, with the factor √(a b) of the two. The larger coefficient of restitution
+/// counts.
 ///
 /// A particle is in one shell at most. Triangles and edges with a common particle do not meet.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,13 +20,13 @@ pub struct Shell {
     pub edges: Vec<[usize; 2]>,
     /// Particles that belong to no triangle and no edge: balls whose radius is the thickness.
     pub points: Vec<usize>,
-    /// Distance that it keeps on each side of its middle surface, metres; positive. A tenth of its
-    /// edges is a good choice; those of half of that may cross at long substeps.
+    /// Distance that it keeps on each side of its middle surface, metres; positive. A tenth of the
+    /// length of its edges is a good choice. Shells of half of that may cross at long substeps.
     pub thickness: f64,
     /// Coulomb's factor μ, not negative.
     pub friction: f64,
-    /// Coefficient of restitution, from 0 to 1: the part of the approach speed with which particles
-    /// part again. A soft body bounces by its own springs and needs none.
+    /// Coefficient of restitution, from 0 to 1: the speed at which particles separate over that at
+    /// which they approached. A soft body bounces by its own springs and needs none.
     pub restitution: f64,
     /// Whether it stops itself, beside other shells. Its features that share no particle should be
     /// farther apart at rest than twice its thickness.
@@ -34,12 +34,12 @@ pub struct Shell {
     /// Whether it keeps its thickness from obstacles too; otherwise these meet its particles as
     /// points.
     pub obstacles: bool,
-    /// Pairs of its own particles of which no triangle, edge or point meets one of the other: those
-    /// closer than its thickness at rest.
+    /// Pairs of its own particles; no triangle, edge or point at one meets those at the other. For
+    /// parts of the shell that are closer at rest than it stops itself at, twice its thickness.
     pub exempt: Vec<[usize; 2]>,
     /// Shells before this one that it passes through.
     pub ignored: Vec<usize>,
-    /// How it meets shells before this one, where not as both say; each once.
+    /// How it meets shells before this one, in place of what follows from both; each once.
     pub between: Vec<Between>,
 }
 
@@ -47,7 +47,7 @@ pub struct Shell {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Between {
-    /// The other shell, before the one that says so.
+    /// The other shell, before the one that has this row.
     pub shell: usize,
     /// Coulomb's factor μ, not negative. Default √(a b).
     pub friction: Option<f64>,
@@ -63,7 +63,7 @@ impl Shell {
         Shell { triangles, thickness, ..Shell::default() }
     }
 
-    /// Its particles, a corner of several triangles or edges as often as it is one.
+    /// Its particles; one that several triangles or edges share comes once for each.
     pub fn particles(&self) -> impl Iterator<Item = usize> + '_ {
         let corners = self.triangles.as_flattened().iter().chain(self.edges.as_flattened());
         corners.chain(&self.points).copied()
@@ -77,7 +77,7 @@ pub fn any_meet(shells: &[Shell]) -> bool {
 }
 
 impl Scene {
-    /// The shell of a body; `None` of one that passes through all.
+    /// The shell of a body; `None` for a body that passes through all others.
     pub fn shell_of(&self, body: &Body) -> Option<&Shell> {
         let is_of = |shell: &&Shell| {
             shell.particles().next().is_some_and(|at| body.particles.contains(&at))
@@ -86,7 +86,7 @@ impl Scene {
     }
 }
 
-/// Whether two shells stop each other, or one itself.
+/// Whether two shells stop each other; of one given twice, whether it stops itself.
 pub fn do_meet(shells: &[Shell], [a, b]: [usize; 2]) -> bool {
     let (first, last) = (a.min(b), a.max(b));
     if first == last { shells[first].itself } else { !shells[last].ignored.contains(&first) }

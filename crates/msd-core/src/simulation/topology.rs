@@ -108,7 +108,7 @@ impl<R: Real> Simulation<R> {
         Ok(number)
     }
 
-    /// Replaces the shells; their impulses are forgotten.
+    /// Replaces the shells and discards their impulses.
     ///
     /// # Errors
     /// A number out of its domain, or a method that lets no shells meet; nothing is changed then.

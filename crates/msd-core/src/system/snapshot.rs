@@ -39,7 +39,7 @@ pub struct Snapshot<'a, R: Real> {
     pub grabs: &'a [Grab<R>],
     /// Named parts with their surfaces.
     pub bodies: &'a [Body],
-    /// Particles with a radius.
+    /// Surfaces, ropes and points of bodies that meet.
     pub shells: &'a [Shell],
 }
 

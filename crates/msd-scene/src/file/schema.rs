@@ -467,7 +467,7 @@ pub struct BodyRow {
     /// Ropes: diameter, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub diameter: Option<f64>,
-    /// How its particles touch each other and those of other bodies. Default: not at all.
+    /// How it meets itself and other bodies. Default: not at all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub touch: Option<TouchRow>,
     /// How it looks. Default by its kind.

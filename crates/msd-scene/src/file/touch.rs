@@ -25,7 +25,7 @@ const FRICTION: f64 = 0.5;
 /// Lets the bodies meet that have a key `touch`; notes which of its keys have no effect.
 ///
 /// # Errors
-/// A number out of its domain, an unknown name, a body that says no thickness.
+/// A number out of its domain, an unknown name, a body without a thickness.
 pub(crate) fn touch(
     source: &Source<'_>,
     bodies: &[BodyRow],
@@ -49,7 +49,7 @@ pub(crate) fn touch(
             let key = format!("bodies[{row}].touch.ignore[{at}]");
             let other = named(source, &key, name, scene)?;
             if row == other && rows[row].is_some() {
-                let reason = "is the body itself; that is what `itself = false` is for";
+                let reason = "is the body itself; use `itself = false` instead";
                 return Err(source.refuse(format_args!("{key}"), reason));
             }
             if let (Some(a), Some(b)) = (rows[row], rows[other]) {
@@ -78,7 +78,7 @@ fn thickness(
     let most = spacing.map_or(f64::INFINITY, |spacing| THICKEST * spacing);
     match (touch.thickness, touch.radius) {
         (Some(_), Some(_)) => {
-            let reason = "is an older name of `thickness`, which stands beside it: leave it out";
+            let reason = "is the older name of `thickness`, which is given too; remove `radius`";
             Err(source.refuse(format_args!("{key}.radius"), reason))
         }
         (Some(thickness), None) if most < thickness => {
@@ -97,7 +97,7 @@ fn thickness(
             Ok(thickness)
         }
         (None, None) => spacing.map(|spacing| THICKNESS * spacing).ok_or_else(|| {
-            let reason = "lacks the key `thickness`: the body has no spring that it follows from";
+            let reason = "lacks the key `thickness`: without springs it has no default";
             source.refuse(format_args!("{key}"), reason)
         }),
     }
@@ -130,7 +130,7 @@ fn made(
 fn shell(scene: &Scene, row: usize, thickness: f64) -> Shell {
     let body = &scene.bodies[row];
     let has_surface = !body.surface.triangles.is_empty();
-    // A solid body seldom meets itself, and its own surface is all about.
+    // A solid body seldom meets itself, and its whole surface is near: a search costs much.
     let itself = !has_surface || body.surface.two_sided;
     let mut shell = Shell { friction: FRICTION, itself, ..Shell::of(body, thickness) };
     if has_surface {
@@ -149,8 +149,8 @@ fn shell(scene: &Scene, row: usize, thickness: f64) -> Shell {
     shell
 }
 
-/// How a body of a scene meets others by default; `None` where its springs say no thickness, or
-/// there is no such body.
+/// How a body of a scene meets others by default; `None` where there is no such body, or no springs
+/// from which its thickness follows.
 pub fn default_shell(scene: &Scene, body: usize) -> Option<Shell> {
     scene.bodies.get(body)?;
     let spacing = spacing(scene, body)?;
@@ -158,8 +158,8 @@ pub fn default_shell(scene: &Scene, body: usize) -> Option<Shell> {
     Some(Shell { exempt: closed(scene, &shell), ..shell })
 }
 
-/// The pairs of particles of a shell whose features are closer at the start than it stops itself
-/// at, as parts of a mesh that go through each other.
+/// The pairs of particles of a shell whose features are closer at the start than the distance at
+/// which it stops itself, or go through each other.
 fn closed(scene: &Scene, shell: &Shell) -> Vec<[usize; 2]> {
     if !shell.itself {
         return Vec::new();
@@ -190,7 +190,7 @@ fn closed(scene: &Scene, shell: &Shell) -> Vec<[usize; 2]> {
 /// After how many rounds of exempting features the rest is left to contact.
 const MOST_ROUNDS: usize = 8;
 
-/// A line on the keys of a body that had an effect when particles met by a stiffness.
+/// A line on the keys of older files that have no effect, as contact has no stiffness.
 fn superfluous(body: &str, touch: &TouchRow) -> Option<String> {
     let keys = [
         ("stiffness", touch.stiffness.is_some()),
@@ -205,7 +205,7 @@ fn superfluous(body: &str, touch: &TouchRow) -> Option<String> {
         _ => (format!("{} and {last}", first.join(", ")), "have"),
     };
     Some(format!(
-        "{body}: {names} {have} no effect: surfaces meet by their triangles and without a stiffness"
+        "{body}: {names} {have} no effect: surfaces meet by their triangles, without a stiffness"
     ))
 }
 
@@ -229,14 +229,14 @@ fn add_between(
         return Ok(Some(format!("{key} has no effect: \"{name}\" has no table `touch`")));
     };
     if a == b {
-        return refuse("is the body itself; its own numbers stand in `touch`");
+        return refuse("is the body itself; set its own values in `touch`");
     }
     let shell = &mut scene.shells[a.max(b)];
     if shell.ignored.contains(&a.min(b)) {
         return refuse(&format!("is \"{name}\", and one of the two ignores the other"));
     }
     if shell.between.iter().any(|between| between.shell == a.min(b)) {
-        let reason = format!("is \"{name}\" again: how the two meet is said once, by one of them");
+        let reason = format!("is \"{name}\" again; give each pair of bodies one entry");
         return refuse(&reason);
     }
     shell.between.push(Between { shell: a.min(b), friction, restitution });
@@ -285,7 +285,7 @@ fn spacing_of(scene: &Scene, row: usize, particles: &[usize]) -> Option<f64> {
 const HOLE: f64 = 0.414;
 
 /// The least extent of a shape and the next, metres; of a mesh both are that of the largest ball in
-/// it, or a cell where none is seen: what is thin of it is told in a run.
+/// it, or a cell where none is seen: a run reports what passes through thin parts.
 fn extents(shape: &Shape) -> [f64; 2] {
     let thickness = shape.thickness();
     match *shape {

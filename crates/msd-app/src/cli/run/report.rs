@@ -63,8 +63,8 @@ pub struct RunReport {
     /// What obstacles did: contacts, the energy that they took away and that they added, and the
     /// work of surfaces that move, joules.
     pub contacts: Contacts,
-    /// What is known of particles that touch: pairs that may have passed through each other, and
-    /// pairs of triangles of surfaces that cross at the end. Null where none has a radius.
+    /// Failures of contact between bodies: how often they may have crossed, and how many pairs of
+    /// triangles cross at the end. Null where no bodies meet.
     pub touched: Option<Touched>,
     /// The most pairs of triangles that were seen to cross at once, and when; null if none was, and
     /// for a replay.
@@ -278,8 +278,8 @@ impl Crossed {
     /// The warning of it.
     pub fn warning(&self) -> String {
         format!(
-            "{} pairs of triangles of the surfaces cross at t = {}, the most that were seen; use \
-             more substeps, a larger `touch.thickness`, or a finer spacing",
+            "{} pairs of surface triangles cross at t = {}, the most in this run; use more \
+             substeps, a larger `touch.thickness`, or a finer spacing",
             self.pairs,
             quantity(self.time, "s")
         )

@@ -1,6 +1,6 @@
 //! A watch over a run as it goes on: a limit of stability that moves, energy that the integrator
-//! adds or loses, solves that do not converge, surfaces that something passes through, and cells
-//! that are flat or inside out.
+//! adds or loses, solves that do not converge, surfaces that cross or that solids go through, and
+//! cells that are flat or inside out.
 
 use super::advice::appended;
 use super::prepare::warn_of_step;
@@ -224,14 +224,10 @@ impl Watch {
             });
         let passed = (0 < self.passes[1]).then(|| {
             format!(
-                "{} times bodies went through each other, or were too fast for all of their \
-                 contacts to be seen{}; shorten the step",
+                "possible crossings of bodies: {}{}; they went through each other, or were too \
+                 fast for msd to find all contacts; shorten the step",
                 self.passes[1],
-                if self.chosen.is_some() {
-                    ", in the most substeps that are automatic"
-                } else {
-                    ""
-                }
+                if self.chosen.is_some() { ", even at the most automatic substeps" } else { "" }
             )
         });
         let crossed = self.crossed.map(|crossed| crossed.warning());

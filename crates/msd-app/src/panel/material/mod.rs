@@ -26,8 +26,8 @@ const ABOUT: [(&str, &str); 17] = [
     ("Thickness", "Thickness of the sheet: it bends by its third power"),
     ("Rest length", "Length of the springs at rest, times that of the scene"),
     ("Gap", "Distance that the surface keeps on each side: two bodies stop at the sum of theirs"),
-    ("Grip", "Friction between bodies: at most this factor times the push"),
-    ("Bounce", "Part of the approach speed with which bodies part; soft ones bounce by themselves"),
+    ("Grip", "Coulomb's coefficient of friction between bodies"),
+    ("Bounce", "Restitution between bodies, 0 to 1; soft bodies bounce by their own springs"),
     ("Mass", "Mass of each particle"),
     ("Stiffness", "Force of a spring per length that it is stretched by"),
     ("Damping", "Force of a spring per speed at which it stretches"),
@@ -43,7 +43,7 @@ const ABOUT: [(&str, &str); 17] = [
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let Viewer { looks, landmarks, .. } = viewer;
     heading_with(ui, "Material", |ui| {
-        let hover = "Finish, colours and pattern of the bodies, which change nothing of the run";
+        let hover = "Finish, colours and pattern: appearance only, no effect on the simulation";
         let toggle = ui.toggle_value(looks, RichText::new("Look").small()).on_hover_text(hover);
         landmarks.insert("look", toggle.rect);
     });
@@ -58,14 +58,14 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     ui.horizontal(|ui| {
         // All three fit into the width of the panel.
         ui.spacing_mut().item_spacing.x = 3.0;
-        let hover = "The present shape becomes the shape at rest (F)";
+        let hover = "Make the current shape the rest shape (F)";
         if ui.button("Freeze shape").on_hover_text(hover).clicked() {
             viewer.command(Command::Freeze);
         }
         let reset = Button::new("Reset and restart");
         let session = &viewer.session;
         let edited = session.material().is_edited() || session.is_touch_edited();
-        let hover = "Material and world as the scene has them, from its start";
+        let hover = "Restore material and world of the scene, and start again";
         if ui.add_enabled(edited, reset).on_hover_text(hover).clicked() {
             viewer.let_go();
             viewer.session.reset_material();
@@ -190,11 +190,11 @@ fn material(ui: &mut Ui, session: &mut Session, made: Made) -> Rect {
     rect
 }
 
-/// Whether the selected bodies touch each other and themselves.
+/// Whether the selected bodies meet others.
 fn touch(ui: &mut Ui, Viewer { session, landmarks, .. }: &mut Viewer) {
     let TouchValues { mut on, thickness, .. } = session.touch_values();
     let is_mixed = !on && thickness.is_some();
-    let hover = "The body meets itself and others that touch; otherwise it passes through them";
+    let hover = "Collide with other bodies that touch; sheets and ropes also with themselves";
     let touch = Checkbox::new(&mut on, "Touch").indeterminate(is_mixed);
     let touch = ui.add(touch).on_hover_text(hover);
     landmarks.insert("touch", touch.rect);
@@ -203,7 +203,7 @@ fn touch(ui: &mut Ui, Viewer { session, landmarks, .. }: &mut Viewer) {
     }
 }
 
-/// How those of the selected bodies that touch do.
+/// Sliders of how the selected bodies meet others.
 fn touching(ui: &mut Ui, session: &mut Session) {
     let now = session.touch_values();
     let TouchValues { thickness: Some(thickness), friction, restitution, .. } = now else {

@@ -1,4 +1,4 @@
-//! Settings of touching: whether bodies do, and thickness, friction and restitution of those.
+//! Contact settings: which bodies meet, and their thickness, friction and restitution.
 //!
 //! What holds is in the run alone.
 
@@ -144,7 +144,7 @@ impl Session {
                 let as_written = first[body].map(|row| written[row].clone());
                 let made = as_written.or_else(|| default_shell(scene, body));
                 let name = &scene.bodies[body].name;
-                let why = "cannot touch: it has no springs, which say its thickness";
+                let why = "cannot touch: it has no springs, from which its thickness follows";
                 shell = Some(made.ok_or_else(|| format!("{name} {why}"))?);
             }
             let Some(mut shell) = shell else { continue };

@@ -1,4 +1,4 @@
-//! Features of shells: their vertices, edges and faces, and which of them hang together.
+//! Features of shells: their vertices, edges and faces, and how these are connected.
 
 use crate::columns::extent::Records;
 use crate::columns::slots::Slots;
@@ -43,7 +43,7 @@ pub(crate) struct Shells {
     rows: Vec<Shell>,
     /// The thickness of each, metres, and the root of its friction.
     laws: Vec<[f64; 2]>,
-    /// How two of them meet, where not as both say, in the order of the two.
+    /// How two of them meet, in place of what follows from both, in the order of the two.
     between: Vec<([usize; 2], Between)>,
     /// The vertices of which no feature meets one of the other, in order, both ways.
     exempt: Vec<[u32; 2]>,

@@ -1,4 +1,4 @@
-//! Numbers of the vertices that are near others, side by side: a sweep reads each many times.
+//! Columns of the vertices that are near others, side by side: a sweep reads each many times.
 
 use super::Shells;
 use crate::columns::{set_vector, vector};

@@ -1,4 +1,4 @@
-//! The rows of a model, and the moments at which methods ask them.
+//! The rows of a model, and the moments at which methods use them.
 
 use super::features::At;
 use super::find::Finder;

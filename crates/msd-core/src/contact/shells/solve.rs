@@ -1,13 +1,13 @@
 //! Rows inside an implicit solve: their impulses, and the stiffness that finds them.
 //!
 //! A solve finds the minimum of a quadratic function of velocities, which the rows limit. It is an
-//! augmented Lagrangian: a row that acts has an impulse and, in the matrix, the stiffness of the
-//! particles that it is between. What a solve leaves of the limits times the stiffness corrects the
-//! impulses; at the end nothing is left of the stiffness. The impulses are corrected only once
-//! solves agree on which rows act and which slide: before, they would be out by far, as a body
-//! yields more than its particles do. A row that slides has a part of its stiffness across the
-//! normal, and one that acts in one solve and not in the next keeps it: so each solve minimises an
-//! upper bound of the function that touches it where the last one ended, and never goes back.
+//! augmented Lagrangian: a row that acts has an impulse and, in the matrix, the stiffness of its
+//! particles. The amount by which a solve violates a limit, times the stiffness, corrects the
+//! impulse; none of the stiffness remains at the end. The impulses are corrected only once solves
+//! agree on which rows act and which slide. Before, the correction would be far too large, as a
+//! body yields more than its particles do. A row that slides has a part of its stiffness across the
+//! normal. A row that acts in one solve and not in the next keeps its stiffness. So each solve
+//! minimises an upper bound that equals the function where the last solve ended: it never goes up.
 //!
 //! Sources: Hestenes, 1969, and Powell, 1969 (augmented Lagrangian); Alart and Curnier, 1991
 //! (with Coulomb's law).

@@ -1,9 +1,9 @@
-//! Shells that meet within an implicit substep: rows of impulses inside the solve.
+//! Rows of shells inside the solve of an implicit substep.
 //!
 //! Rows limit the mean velocity of the substep, which is that of the stage: both methods move
 //! positions by h u. Each pass solves with the stiffness of the rows that act, and corrects their
-//! impulses (see `contact/shells/solve.rs`). Rows found at the velocities of the start may lack
-//! some that the velocities of the end ask for: so they are found again after the last pass.
+//! impulses (see `contact/shells/solve.rs`). The velocities at the end may ask for rows that those
+//! at the start did not: once the passes have settled, rows are found again.
 
 use super::conjugate::Solve;
 use super::resting::Holds;
@@ -39,7 +39,8 @@ pub(super) struct RowSolve<'a, R: Real> {
 /// `docs/contact.md`.
 const TOLERANCE: f64 = 1e-2;
 
-/// The way by which a row may miss in a substep before particles count as too fast, in reaches.
+/// The way by which a row may miss in a substep before particles count as too fast, as a part of
+/// the largest distance at which two shells stop each other.
 const MOST_MISSED: f64 = 0.5;
 
 impl<R: Real> RowSolve<'_, R> {
@@ -101,8 +102,8 @@ impl<R: Real> RowSolve<'_, R> {
         holds.renew(residuals);
     }
 
-    /// Whether there are rows at the velocities that a solve left which were not found before and
-    /// miss; then all have the impulses for the next pass.
+    /// Finds the rows at the velocities that a solve left; returns whether new ones miss. All then
+    /// have the impulses for the next pass.
     fn finds_others(&mut self, inverses: &[Aligned<R>; 2], solve: &mut Solve<R>) -> bool {
         let Solve { changes, directions, .. } = solve;
         for ((sum, velocity), change) in directions.iter_mut().zip(self.velocities).zip(&**changes)

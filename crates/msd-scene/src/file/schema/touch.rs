@@ -1,4 +1,4 @@
-//! Rows of how bodies touch.
+//! Rows of how bodies meet.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TouchRow {
-    /// Distance that its surface keeps on each side, or a rope or a point on all, metres. Default a
-    /// tenth of the spacing.
+    /// Distance that its surface keeps on each side, or a rope or a particle on all sides, metres.
+    /// Default a tenth of the spacing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thickness: Option<f64>,
     /// Coulomb's factor. Default 0.5.
@@ -16,7 +16,7 @@ pub struct TouchRow {
     /// Coefficient of restitution. Default 0: a soft body bounces by its own springs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,
-    /// Whether the body meets itself. Default true, but of a closed surface.
+    /// Whether the body meets itself. Default true, but false of a block or a solid mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub itself: Option<bool>,
     /// Whether it keeps its thickness from obstacles too; else they meet its particles as points.
@@ -26,10 +26,10 @@ pub struct TouchRow {
     /// The names of bodies that it passes through.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ignore: Vec<String>,
-    /// How it meets other bodies, where not as both say.
+    /// How it meets single other bodies, in place of what follows from both.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub with: Vec<WithRow>,
-    /// An older name of the thickness, metres.
+    /// The older name of the thickness, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radius: Option<f64>,
     /// Of older files, newtons per metre: without effect.

@@ -38,7 +38,7 @@ pub(crate) fn started_inside(source: &Source<'_>, scene: &Scene) -> Result<Vec<S
     Ok(notes)
 }
 
-/// The radius that counts at obstacles of each particle, metres; `None` where it is pinned.
+/// The thickness that each particle keeps from obstacles, metres; `None` where it is pinned.
 fn radii_at_obstacles(scene: &Scene) -> Vec<Option<f64>> {
     let mut radii = vec![Some(0.0); scene.particles.len()];
     for shell in scene.shells.iter().filter(|shell| shell.obstacles) {
@@ -97,18 +97,18 @@ fn inside(
     Ok(notes)
 }
 
-/// How much closer than the sum of their radii two particles of different bodies may start without
-/// a line, as a part of that sum: more are no neighbours.
+/// How much closer than the sum of their thicknesses two particles of different bodies may start
+/// without a line, as a part of that sum.
 const OVERLAP: f64 = 0.5;
 
-/// The part of the particles of a body up to which those in another are a corner of it, without a
-/// line: contact pushes it back.
+/// The largest part of the particles of a body that may start inside another one without a line: a
+/// corner, which contact pushes back.
 const CORNER: f64 = 0.1;
 
-/// A line on each two bodies that touch and of which one starts in the other.
+/// A line on each pair of bodies that meet of which one starts in the other.
 ///
-/// It is where particles are inside its closed surface, or overlap one of its own far, and not both
-/// are pinned. Those with a link are meant to be where they are.
+/// Particles count if they are inside its closed surface, or overlap one of its own far, and not
+/// both are pinned. Particles with a link do not count: the author has put them there.
 pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
     let positions: Vec<DVec3> = scene.particles.iter().map(|row| row.position).collect();
     let shells = scene.shells.iter().map(|shell| Outside::new(scene, shell, &positions));
@@ -143,8 +143,8 @@ pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
                 found.fold((0, 0.0), |(count, most), depth| (count + 1, f64::max(most, depth)));
             if CORNER * (particles.len() as f64) < f64::from(count) {
                 notes.push(format!(
-                    "{} starts inside {} with {count} of the {} particles by which it touches, up \
-                     to about {} m deep: they stay in each other: move one of them",
+                    "{} starts inside {} with {count} of its {} contact particles, up to about {} \
+                     m deep, and stays inside: move one of the two bodies",
                     rows[inner].name,
                     rows[outer].name,
                     particles.len(),
@@ -157,7 +157,7 @@ pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
     notes
 }
 
-/// The particles by which a body touches.
+/// The particles of a body that meet others.
 struct Outside<'s> {
     particles: Vec<usize>,
     /// The thickness that they keep, metres.
@@ -166,7 +166,7 @@ struct Outside<'s> {
     places: Vec<DVec3>,
     /// The triangles of its surface where that is closed, else none.
     closed: Vec<[u32; 3]>,
-    /// The box around them and their radii.
+    /// The box around them and their thickness.
     low: DVec3,
     high: DVec3,
 }
@@ -195,7 +195,7 @@ impl<'s> Outside<'s> {
     }
 }
 
-/// The rows that stop each other and whose boxes overlap, in order.
+/// The pairs of rows that stop each other and whose boxes overlap, in order.
 fn meeting(scene: &Scene, rows: &[Outside<'_>]) -> Vec<[usize; 2]> {
     let mut order: Vec<usize> = (0..rows.len()).collect();
     order.sort_by(|&a, &b| rows[a].low.x.total_cmp(&rows[b].low.x));
