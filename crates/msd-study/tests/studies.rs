@@ -210,7 +210,7 @@ fn a_source_of_energy_is_measured_and_is_no_choice_however_near_it_is() {
     let row = studied.trials.len() - 1;
     assert!(!studied.front().contains(&row));
     let told = words(&studied);
-    assert!(told.contains("adds energy") && !told.contains("tolerance 1e-2"), "{told}");
+    assert!(told.contains("gains energy") && !told.contains("tolerance 1e-2"), "{told}");
     studied.trials[row].gained = 0.0;
     assert!(studied.front().contains(&row) && words(&studied).contains("tolerance 1e-2"));
 }
