@@ -41,8 +41,8 @@ impl Quality {
     /// Side of the map of what is above the ground, texels: its softness is wanted.
     pub(crate) fn ground_size(self) -> u32 {
         match self {
-            Quality::Full => 48,
-            Quality::Fast => 32,
+            Quality::Full => 256,
+            Quality::Fast => 64,
         }
     }
 }

@@ -74,29 +74,30 @@ fn sunlight(world: vec3f, normal: vec3f, pixel: vec2f) -> f32 {
 
 // The share of the light of the sky that reaches a point of the ground, 0 to 1: what hovers close
 // above it takes most.
-fn skylight(world: vec3f) -> f32 {
+fn skylight(world: vec3f, pixel: vec2f) -> f32 {
     let clip = globals.ground_projection * vec4f(world, 1.0);
     let uv = vec2f(0.5 + 0.5 * clip.x, 0.5 - 0.5 * clip.y);
     let inside = globals.light.w > 0.5 && all(abs(clip.xy) < vec2f(1.0));
-    // The texels around, by a spline of second order, each by how far above the ground it is:
-    // neither texels nor steps of height show, and there is no noise.
-    let last = vec2i(textureDimensions(ground_map)) - 1;
-    let at = uv / globals.ground.y;
-    let middle = floor(at);
-    let side = at - middle - 0.5;
-    let right = 0.5 * (0.5 + side) * (0.5 + side);
-    let left = 0.5 * (0.5 - side) * (0.5 - side);
-    let count = select(0, 9, inside);
+    let size = globals.look.w;
     var taken = 0.0;
-    for (var i = 0; i < count; i++) {
-        let step = vec2i(i % 3, i / 3) - 1;
-        let outer = select(left, right, step > vec2i(0));
-        let share = select(outer, 1.0 - left - right, step == vec2i(0));
-        let texel = clamp(vec2i(middle) + step, vec2i(0), last);
-        let depth = textureLoad(ground_map, texel, 0);
-        let above = max(depth - clip.z, 0.0) * globals.ground.z / (0.3 * globals.look.w);
-        // Nothing is above where the map is empty.
-        taken += select(share.x * share.y / (1.0 + above * above), 0.0, depth >= 1.0);
+    let layers = select(0, 4, inside);
+    let taps = select(1, 5, FINE);
+    let grain = dither(pixel);
+    for (var layer = 0; layer < layers; layer++) {
+        // What is below this height, over a disc that grows with it. Where pictures are to be cheap
+        // it is one place, beside that of the other layers, and another height from pixel to
+        // pixel: neither the texels of a small map nor its layers show.
+        let share = (f32(layer + 1) + select(grain - 0.5, 0.0, FINE)) * 0.25;
+        let height = size * 0.9 * share * share;
+        let depth = clamp(clip.z + height / globals.ground.z, 0.0, 0.9999);
+        let radius = (0.03 + 0.45 * share * share) * size / globals.ground.x * globals.ground.y;
+        let beside = (vec2f(f32(layer & 1), f32(layer >> 1u)) - 0.5) * (1.6 * globals.ground.y);
+        var here = 0.0;
+        for (var i = 0; i < taps; i++) {
+            let spread = select(beside, sunflower(f32(i), 5.0, 6.2831853 * grain) * radius, FINE);
+            here += 1.0 - textureSampleCompareLevel(ground_map, shadow_sampler, uv + spread, depth);
+        }
+        taken += here / f32(taps * 4);
     }
     return 1.0 - 0.8 * taken;
 }
