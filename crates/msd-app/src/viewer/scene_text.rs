@@ -68,8 +68,7 @@ impl Values {
 
     /// How a body meets others.
     fn shell(&self, body: &Body) -> Option<&Shell> {
-        let is_of = |at: usize| body.particles.contains(&at);
-        self.shells.iter().find(|shell| shell.particles().next().is_some_and(is_of))
+        self.shells.iter().find(|shell| shell.is_of(body))
     }
 }
 

@@ -63,6 +63,11 @@ impl Shell {
         Shell { triangles, thickness, ..Shell::default() }
     }
 
+    /// Whether it is that of a body.
+    pub fn is_of(&self, body: &Body) -> bool {
+        self.particles().next().is_some_and(|particle| body.particles.contains(&particle))
+    }
+
     /// Its particles; one that several triangles or edges share comes once for each.
     pub fn particles(&self) -> impl Iterator<Item = usize> + '_ {
         let corners = self.triangles.as_flattened().iter().chain(self.edges.as_flattened());
@@ -79,10 +84,7 @@ pub fn any_meet(shells: &[Shell]) -> bool {
 impl Scene {
     /// The shell of a body; `None` for a body that passes through all others.
     pub fn shell_of(&self, body: &Body) -> Option<&Shell> {
-        let is_of = |shell: &&Shell| {
-            shell.particles().next().is_some_and(|at| body.particles.contains(&at))
-        };
-        self.shells.iter().find(is_of)
+        self.shells.iter().find(|shell| shell.is_of(body))
     }
 }
 

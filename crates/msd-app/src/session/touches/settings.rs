@@ -87,15 +87,8 @@ impl Session {
     /// The shell of each body, by its number.
     fn rows_of(&self, shells: &[Shell]) -> Vec<Option<usize>> {
         let bodies = &self.loaded().scene.bodies;
-        let mut rows = vec![None; bodies.len()];
-        for (row, shell) in shells.iter().enumerate() {
-            let first = shell.particles().next();
-            let is_of = |at: usize| bodies.iter().position(|body| body.particles.contains(&at));
-            if let Some(body) = first.and_then(is_of) {
-                rows[body] = Some(row);
-            }
-        }
-        rows
+        let row = |body| shells.iter().position(|shell| shell.is_of(body));
+        bodies.iter().map(row).collect()
     }
 
     /// Whether bodies meet otherwise than as the scene was loaded.
