@@ -392,28 +392,16 @@ impl<R: Real> ForceWork<R> {
     }
 }
 
-/// Scratch of the matrix of a stage.
-#[derive(Clone, Debug)]
-pub(crate) struct MatrixWork<R: Real> {
-    springs: SpringMatrix<R>,
-}
-
-impl<R: Real> MatrixWork<R> {
-    pub(crate) fn new(springs: &Springs<R>, slots: &Slots) -> Self {
-        MatrixWork { springs: SpringMatrix::new(springs, slots) }
-    }
-}
-
 /// What a linearisation writes.
 pub(crate) struct MatrixSums<'a, R: Real> {
-    pub(crate) work: &'a mut MatrixWork<R>,
+    pub(crate) springs: &'a mut SpringMatrix<R>,
     /// The blocks of particles: xx, xy and xz in one column, yy, yz and zz in another.
     pub(crate) blocks: [&'a mut [R]; 2],
 }
 
 /// Products of a matrix with a direction, in columns.
 pub(crate) struct ColumnProducts<'a, R: Real> {
-    pub(crate) work: &'a mut MatrixWork<R>,
+    pub(crate) springs: &'a mut SpringMatrix<R>,
     pub(crate) direction: &'a [R],
     pub(crate) products: &'a mut [R],
 }

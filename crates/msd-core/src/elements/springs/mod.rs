@@ -389,12 +389,12 @@ impl<R: Real> Force<R> for Springs<R> {
     }
 
     fn linearise(&self, stage: &Stage<'_, R>, to: &mut MatrixSums<'_, R>) {
-        to.work.springs.linearise(self, stage, &mut to.blocks);
+        to.springs.linearise(self, stage, &mut to.blocks);
     }
 
     fn multiply(&self, stage: &Stage<'_, R>, to: &mut ColumnProducts<'_, R>) {
-        let ColumnProducts { work, direction, products } = to;
-        work.springs.add_products(stage.moment.level, self, direction, products);
+        let ColumnProducts { springs, direction, products } = to;
+        springs.add_products(stage.moment.level, self, direction, products);
     }
 
     /// A spring is a constraint of compliance 1/k.

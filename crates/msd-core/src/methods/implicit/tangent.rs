@@ -1,8 +1,9 @@
 //! The matrix of an implicit stage, A = M − τ ∂f/∂v − τ² ∂f/∂x, and the inverses of its blocks.
 
 use crate::columns::{Aligned, LANES, RECORD, add_vector, vector};
+use crate::elements::springs::matrix::SpringMatrix;
 use crate::elements::{
-    Block, Blocks, ColumnProducts, Element, MatrixSums, MatrixWork, Products, Stage, column,
+    Block, Blocks, ColumnProducts, Element, MatrixSums, Products, Stage, column,
 };
 use crate::number::{Real, Vector, at_level};
 use crate::system::Model;
@@ -11,14 +12,13 @@ use glam::DVec3;
 
 /// The matrix about a stage, kilograms.
 ///
-/// For springs see [`SpringMatrix`](crate::elements::springs::matrix::SpringMatrix). Bends add
-/// their products, which depend on the stage by their damping alone; volumes add theirs without the
-/// turn of their gradients. Drag adds its factor times τ. A
-/// grab adds τ² k + τ b, but nothing at its largest force, which is taken as constant. User-defined
-/// elements supply their products.
+/// For springs see [`SpringMatrix`]. Bends add their products, which depend on the stage by their
+/// damping alone; volumes add theirs without the turn of their gradients. Drag adds its factor
+/// times τ. A grab adds τ² k + τ b, but nothing at its largest force, which is taken as constant.
+/// User-defined elements supply their products.
 #[derive(Clone, Debug)]
 pub(crate) struct Tangent<R: Real> {
-    inner: MatrixWork<R>,
+    springs: SpringMatrix<R>,
     /// Mass, drag and grabs of each particle, kilograms, three times each.
     diagonals: Aligned<R>,
     /// Inverses of the blocks of particles, xx, xy and xz in one column, yy, yz and zz in another;
@@ -39,7 +39,7 @@ struct OtherWork {
 impl<R: Real> Tangent<R> {
     pub(crate) fn new(model: &Model<R>) -> Self {
         Tangent {
-            inner: MatrixWork::new(&model.springs, &model.slots),
+            springs: SpringMatrix::new(&model.springs, &model.slots),
             diagonals: column(&model.slots, 25),
             inverses: [26, 27].map(|place| column(&model.slots, place)),
             other: OtherWork::default(),
@@ -48,7 +48,7 @@ impl<R: Real> Tangent<R> {
 
     /// Overwrites the matrix with that about a stage.
     pub(crate) fn linearise(&mut self, model: &Model<R>, stage: &Stage<'_, R>) {
-        let Tangent { inner, diagonals, inverses: [upper, lower], other } = self;
+        let Tangent { springs, diagonals, inverses: [upper, lower], other } = self;
         let level = stage.moment.level;
         let records = diagonals.as_chunks_mut::<RECORD>().0.iter_mut();
         for (diagonals, masses) in records.zip(model.mass_column.as_chunks::<LANES>().0) {
@@ -56,7 +56,7 @@ impl<R: Real> Tangent<R> {
         }
         model.single().into_iter().for_each(|kind| kind.add_diagonals(stage, diagonals));
         at_level!(level, _simd => set_blocks(diagonals, upper, lower));
-        let mut sums = MatrixSums { work: inner, blocks: [&mut **upper, &mut **lower] };
+        let mut sums = MatrixSums { springs, blocks: [&mut **upper, &mut **lower] };
         model.inner().into_iter().for_each(|kind| kind.linearise(stage, &mut sums));
         for element in model.other().into_iter().filter_map(|kind| kind.element()) {
             other.add_blocks(element, stage, [upper, lower]);
@@ -84,9 +84,9 @@ impl<R: Real> Tangent<R> {
         direction: &[R],
         products: &mut [R],
     ) {
-        let Tangent { inner, diagonals, other, .. } = self;
+        let Tangent { springs, diagonals, other, .. } = self;
         at_level!(stage.moment.level, _simd => multiply::<R>(diagonals, direction, products));
-        let mut sums = ColumnProducts { work: inner, direction, products: &mut *products };
+        let mut sums = ColumnProducts { springs, direction, products: &mut *products };
         model.inner().into_iter().for_each(|kind| kind.multiply(stage, &mut sums));
         for element in model.other().into_iter().filter_map(|kind| kind.element()) {
             other.add_products(element, stage, direction, products);
