@@ -66,8 +66,7 @@ fn group(shells: &Shells) -> (Vec<Cluster>, Vec<u32>) {
     }
     for (number, edge) in (0..).zip(&shells.edges) {
         let cluster = &mut clusters[of_vertex[edge.ends[0] as usize] as usize];
-        let is_point = edge.ends[0] == edge.ends[1];
-        if !is_point {
+        if !edge.is_point() {
             cluster.edges.push(number);
         }
         if edge.faces == [NONE; 2] {

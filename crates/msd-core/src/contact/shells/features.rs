@@ -30,6 +30,12 @@ pub(super) struct Edge {
     pub(super) faces: [u32; 2],
 }
 
+impl Edge {
+    pub(super) fn is_point(&self) -> bool {
+        self.ends[0] == self.ends[1]
+    }
+}
+
 /// A triangle, by its vertices and the edges from each to the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ShellFace {
@@ -164,7 +170,7 @@ impl Shells {
     }
 
     fn join(&mut self) {
-        let between = self.edges.iter().filter(|edge| edge.ends[0] != edge.ends[1]);
+        let between = self.edges.iter().filter(|edge| !edge.is_point());
         let ends = between.flat_map(|edge| [edge.ends, [edge.ends[1], edge.ends[0]]]);
         self.joined = ByVertex::new(self.vertices.len(), ends);
         let faces = (0..).zip(&self.faces);

@@ -7,7 +7,7 @@ use crate::number::{Real, Vector};
 use glam::DVec3;
 
 /// A contact: up to four particles, and what keeps two sides of them apart.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ContactRow<R: Real> {
     /// Which features: their kind, and the number of each.
     pub(super) key: u64,
@@ -70,30 +70,6 @@ pub(super) fn key(kind: u64, a: u32, b: u32) -> u64 {
 /// The two features of a key.
 pub(super) fn features(key: u64) -> [u32; 2] {
     [key >> 30 & MOST_FEATURES, key & MOST_FEATURES].map(|number| number as u32)
-}
-
-impl<R: Real> Default for ContactRow<R> {
-    fn default() -> Self {
-        ContactRow {
-            key: 0,
-            vertices: [0; 4],
-            weights: [R::ZERO; 4],
-            normal: R::Vec3::ZERO,
-            turns: false,
-            turning: [0; 3],
-            turns_by: [R::Vec3::ZERO; 3],
-            stop: R::ZERO,
-            gap: R::ZERO,
-            carried: R::Vec3::ZERO,
-            mass: R::ZERO,
-            friction: R::ZERO,
-            restitution: R::ZERO,
-            parting: R::ZERO,
-            push: R::ZERO,
-            rub: R::Vec3::ZERO,
-            booked: R::Vec3::ZERO,
-        }
-    }
 }
 
 impl<R: Real> ContactRow<R> {

@@ -207,7 +207,7 @@ impl<R: Real> ShellRows<R> {
             let Patch { velocities, before, .. } = &self.patch;
             sweep::set_partings(&mut self.rows, [before, velocities], h / length);
         }
-        sweep::give(&self.rows, &mut self.patch.velocities, &self.patch.inverse_masses);
+        sweep::add(&self.rows, &mut self.patch.velocities, &self.patch.inverse_masses, R::ONE);
         self.sweep(at, h);
         let ShellRows { rows, lists, patch, .. } = self;
         rows.iter_mut().for_each(|row| row.parting = R::ZERO);
@@ -231,7 +231,7 @@ impl<R: Real> ShellRows<R> {
         self.follow(at);
         self.read_velocities(at, velocities, kick);
         let ShellRows { rows, lists, patch, .. } = self;
-        sweep::give(rows, &mut patch.velocities, &patch.inverse_masses);
+        sweep::add(rows, &mut patch.velocities, &patch.inverse_masses, R::ONE);
         sweep::hold(rows, &mut patch.velocities, &patch.inverse_masses);
         scatter((at.shells, &lists.vertices), &patch.velocities, velocities);
         sweep::work(rows, patch.means(&lists.vertices))
@@ -325,7 +325,7 @@ impl<R: Real> ShellRows<R> {
         kept.clear();
         kept.extend(rows.iter().map(|row| (row.push, row.rub)));
         gather((shells, &lists.vertices), velocities, now);
-        sweep::give(rows, now, inverse_masses);
+        sweep::add(rows, now, inverse_masses, R::ONE);
         sweep::hold(rows, now, inverse_masses);
         scatter((shells, &lists.vertices), now, velocities);
         for (row, &kept) in rows.iter_mut().zip(&*kept) {

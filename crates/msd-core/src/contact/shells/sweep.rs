@@ -7,19 +7,8 @@ use crate::number::{Real, Vector};
 /// How long it takes to undo an overlap, seconds: by as much as is left of it in each such time.
 const UNDOING: f64 = 0.05;
 
-/// Adds the impulses that rows have given to velocities.
-pub(super) fn give<R: Real>(
-    rows: &[ContactRow<R>],
-    velocities: &mut [R::Vec3],
-    inverse_masses: &[R],
-) {
-    for row in rows.iter().filter(|row| row.push != R::ZERO) {
-        row.give(velocities, inverse_masses, row.impulse());
-    }
-}
-
-/// Adds a part of what was added to impulses to velocities, or to positions by the time that they
-/// act.
+/// Adds a part of the impulses that are not booked yet to velocities, or to positions by the time
+/// that they act.
 pub(super) fn add<R: Real>(
     rows: &[ContactRow<R>],
     column: &mut [R::Vec3],
