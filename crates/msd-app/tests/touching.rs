@@ -1,4 +1,4 @@
-//! Settings of touching in the window, and what is told of surfaces that pass through each other.
+//! Settings of touching in the window, and reports of surfaces that pass through each other.
 
 #[path = "common/frames.rs"]
 mod frames;
