@@ -3,6 +3,7 @@
 mod bodies;
 mod crossings;
 mod pairs;
+mod sliding;
 
 use bodies::{Stuff, add_block, add_cloth};
 use crossings::crossings;

@@ -246,31 +246,39 @@ impl<'a, R: Real> Finder<'a, R> {
             _ => return false,
         };
         // Balls and ropes have no faces on which vertices lie a bit closer than they stop.
-        let slop = if self.faces_of(row.key).next().is_some() { SLOP } else { 1e-3 * SLOP };
-        let least = row.stop * R::of(1.0 - slop);
-        let least = least * least;
+        let mut least = row.stop * R::of(1.0 - 1e-3 * SLOP);
         let length = along.dot(along).max(R::SHORTEST_SQUARED);
         let across = drift - along * (along.dot(drift) / length);
         let part = (-way.dot(across) / across.dot(across)).max(R::ZERO).min(R::ONE);
         let nearest = way + across * part;
-        let stays_off = |face: u32| {
+        let mut stays_off = |face: u32| {
             let is_own = shells.faces[face as usize].corners.contains(&own);
             let (start, drift) =
                 if is_own { (self.point(other), -drift) } else { (self.point(own), drift) };
             let [a, b, c] = self.seen(face, start);
             let normal = (b - a).cross(c - a);
+            let height = (a.dot(normal) / normal.dot(normal).sqrt()).abs();
+            // What lies a bit closer than it stops slides on as close.
+            let slid = row.stop.min(height).max(row.stop * R::of(1.0 - SLOP));
+            let limit = slid * R::of(1.0 - 1e-3 * SLOP);
+            least = least.min(limit);
             // Where it would be in the plane of the face, or nearest to it.
             let part = a.dot(normal) / drift.dot(normal);
             let is_within = R::ZERO < part && part < R::ONE;
             let place = start + if is_within { drift * part } else { drift };
-            least <= self.square(place, face)
+            limit * limit <= self.square(place, face)
         };
-        least <= nearest.dot(nearest) && self.faces_of(row.key).all(stays_off)
+        self.faces_of(row.key).all(&mut stays_off) && least * least <= nearest.dot(nearest)
     }
 
-    /// Lets a row follow its features to where these are now; the same face takes the couple.
+    /// Lets a row follow its features to where these are now; the same face takes the couple. One
+    /// that slid off them stays as it was: their border would push it back or on.
     pub(super) fn follow(&self, row: &mut ContactRow<R>) {
         let Some(mut new) = self.row(row.key, self.sides(row.key)) else { return };
+        let is_off = |(new, old): (&R, &R)| *new == R::ZERO && *old != R::ZERO;
+        if new.weights.iter().zip(&row.weights).any(is_off) {
+            return;
+        }
         if row.turns {
             self.turn_one(&mut new, core::iter::once(row.turning));
         }

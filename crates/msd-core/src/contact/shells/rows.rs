@@ -311,8 +311,12 @@ impl<R: Real> ShellRows<R> {
     fn sweep(&mut self, at: &At<'_, R>, h: R) {
         let mut now = core::mem::take(&mut self.patch.velocities);
         let finder = Finder::new(at, &self.patch, R::ZERO);
-        sweep::sweep(&mut self.rows, &mut now, &self.patch.inverse_masses, h, |row| {
-            finder.turn(row);
+        sweep::sweep(&mut self.rows, &mut now, &self.patch.inverse_masses, h, |row, velocity| {
+            let passes = finder.passes(row, velocity, h);
+            if !passes {
+                finder.turn(row);
+            }
+            !passes
         });
         self.patch.velocities = now;
     }

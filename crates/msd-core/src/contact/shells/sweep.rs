@@ -23,22 +23,23 @@ pub(super) fn add<R: Real>(
     }
 }
 
-/// Corrects the impulses of all rows in their order, so that no gap closes in a drift of h seconds;
-/// `turn` lets a face of a row that starts to give one take the couple of friction.
+/// Corrects the impulses of all rows in their order, so that no gap closes in a drift of h seconds.
+///
+/// A row that has given none and would close starts to if `starts` says so of it and its velocity;
+/// that lets a face take the couple of friction.
 pub(super) fn sweep<R: Real>(
     rows: &mut [ContactRow<R>],
     velocities: &mut [R::Vec3],
     inverse_masses: &[R],
     h: R,
-    turn: impl Fn(&mut ContactRow<R>),
+    starts: impl Fn(&mut ContactRow<R>, R::Vec3) -> bool,
 ) {
     for row in rows {
         let may_close = row.gap.max(R::ZERO) / h;
-        if row.push == R::ZERO {
-            if row.is_open(velocities, may_close) {
-                continue;
-            }
-            turn(row);
+        if row.push == R::ZERO
+            && (row.is_open(velocities, may_close) || !starts(row, row.velocity(velocities)))
+        {
+            continue;
         }
         let is_bounce = R::ZERO < row.parting;
         row.correct(velocities, inverse_masses, if is_bounce { -row.parting } else { may_close });
