@@ -278,7 +278,7 @@ fn go_on<R: Real>(
 ) -> Result<(), Failure> {
     let level = stage.moment.level;
     let mut asked = if wholes.is_empty() { 0.0 } else { solve.square(level) };
-    let mut changed = false;
+    let mut stalls = false;
     for pass in 1..=PASSES {
         // Rows push bodies as wholes.
         if row_solve.rows.is_empty() {
@@ -303,10 +303,12 @@ fn go_on<R: Real>(
         let goes_on =
             row_solve.has_shells() && row_solve.review(tangent.inverses(), solve, (pass, is_last));
         if is_last {
-            course.unsettled += u32::from(changed);
+            course.unsettled += u32::from(stalls);
             break;
         }
-        changed = holds.review(row_solve.velocities, solve);
+        let changed = holds.review(row_solve.velocities, solve);
+        // While impulses of rows change, so may what lies on obstacles.
+        stalls = changed && !goes_on;
         if !changed && !goes_on {
             break;
         }
