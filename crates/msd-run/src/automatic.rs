@@ -29,6 +29,8 @@ const MOST: f64 = 1e4;
 /// The most that refused steps lead to, unless the limit asks for as many: where they do not help,
 /// as in a body that is squeezed, more would not either.
 const MOST_OF_REFUSALS: u32 = 1000;
+/// The substeps of XPBD where bodies meet: with fewer, soft cubes do not hold each other.
+const XPBD_OF_BODIES: u32 = 32;
 /// The part of the work of a run that renewals may take by the costs below; on the built-in scenes
 /// it is 3 % to 25 %.
 const SHARE: f64 = 0.05;
@@ -227,9 +229,13 @@ fn has_limit(stable: f64) -> bool {
 /// Does a piece of the prediction of the longest stable substep, seconds, infinite of a method
 /// without a limit; returns it at its end.
 fn predict<R: Real>(simulation: &Simulation<R>, estimator: &mut Estimator) -> Option<f64> {
-    let integrator = simulation.settings().integrator;
+    let mut integrator = simulation.settings().integrator;
     if !Integrator::EXPLICIT.contains(&integrator) {
         return Some(f64::INFINITY);
+    }
+    // Contact is of first order, and asked once in a substep: stages make it no better.
+    if integrator == Integrator::Rk4 && simulation.model().do_bodies_meet() {
+        integrator = Integrator::VelocityVerlet;
     }
     // For a fixed number: the limit depends a little on it, and the choice would on itself.
     let substeps = Settings::default().substeps;
@@ -239,7 +245,11 @@ fn predict<R: Real>(simulation: &Simulation<R>, estimator: &mut Estimator) -> Op
 /// The substeps where the limit says nothing: as they are, but where particles meet shells or
 /// solids at most the default ones, as refused steps may have raised them.
 fn unlimited<R: Real>(simulation: &Simulation<R>) -> u32 {
-    let (now, model) = (simulation.settings().substeps, simulation.model());
+    let (Settings { substeps: now, integrator, .. }, model) =
+        (simulation.settings(), simulation.model());
+    if integrator == Integrator::Xpbd && model.do_bodies_meet() {
+        return XPBD_OF_BODIES;
+    }
     let is_refusable = model.do_bodies_meet() || !model.solids().is_empty();
     if is_refusable { now.min(Settings::default().substeps) } else { now }
 }

@@ -318,8 +318,8 @@ fn shot(method: &str) -> Loaded {
     };
     let text = format!(
         "version = 1\n[solver]\nintegrator = '{method}'\n[world]\ngravity = [0, 0, 0]\n{}{}",
-        sheet(0.0, 30.0),
-        sheet(1.2, -30.0)
+        sheet(0.0, 120.0),
+        sheet(1.2, -120.0)
     );
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("shot.toml");
@@ -391,19 +391,21 @@ fn a_step_that_was_divided_is_resumed_returned_to_and_replayed_to_the_bit() {
 
 #[test]
 fn what_passes_raised_is_lowered_by_a_renewal() {
-    for (method, most) in [("velocity-verlet", 24), ("xpbd", 16)] {
+    for method in ["velocity-verlet", "xpbd"] {
         let mut run = runner(&shot(method));
+        let few = substeps(&run);
         let raised = (0..12).any(|_| {
             step(&mut run, 1);
-            most <= substeps(&run)
+            few < substeps(&run)
         });
-        assert!(raised, "{method}: {} substeps, not {most}", substeps(&run));
+        let most = substeps(&run);
+        assert!(raised, "{method}: {most} substeps");
         // Of what is crumpled now more may be needed than at first.
         let lowered = (0..every(&run)).any(|_| {
             step(&mut run, 1);
             substeps(&run) < most
         });
-        assert!(lowered, "{method}: still {} substeps", substeps(&run));
+        assert!(lowered, "{method}: still {most} substeps");
     }
 }
 
