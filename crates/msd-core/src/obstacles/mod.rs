@@ -10,11 +10,13 @@ pub(crate) mod solid;
 pub use plane::PlaneColumn;
 pub use solid::Placed;
 
+use crate::columns::extent::Extent;
 use crate::number::{Real, Vector, of_type};
 use crate::scene::{Friction, Solid};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::fmt::Debug;
+use glam::DVec3;
 
 /// Restitution and friction of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -123,6 +125,23 @@ impl<R: Real> Obstacles<R> {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.count() == 0
+    }
+
+    /// Whether all stand still and are farther from a box than some distance, metres; user-defined
+    /// ones are not known to.
+    pub(crate) fn are_beyond(&self, around: Extent<R>, distance: R) -> bool {
+        let (middle, half) = (around.middle(), (around.high() - around.low()) * R::HALF);
+        let plane_is = |plane: &PlaneColumn<R>| {
+            let each = plane.normal.components().into_iter().zip(half.components());
+            let half = each.fold(R::ZERO, |sum, (part, half)| sum + part.abs() * half);
+            distance + half < plane.gap(middle, 0.0)
+        };
+        let half = half.dot(half).sqrt();
+        let solid_is = |solid: &Solid| {
+            let stands = solid.keys.is_empty() && [solid.velocity, solid.spin] == [DVec3::ZERO; 2];
+            stands && distance + half < Obstacle::<R>::gap(solid, middle, solid.since)
+        };
+        self.own.is_empty() && self.planes.iter().all(plane_is) && self.solids.iter().all(solid_is)
     }
 
     /// Whether one of them gives speed back.

@@ -2,7 +2,7 @@
 
 use super::clusters::{Cluster, Clusters};
 use super::distance::{between_edges, minus, of_edge, of_face};
-use super::features::Shells;
+use super::features::{At, Shells};
 use super::margins::Margins;
 use super::row::{EDGE, EDGES, FACE, key};
 use crate::columns::extent::Extent;
@@ -56,8 +56,9 @@ pub(super) struct Candidates<R: Real> {
     /// up to where no other pair matters, metres.
     worn: f64,
     found_to: f64,
-    /// Positions at the last look, metres.
+    /// Positions at the last look, metres, and the box around them.
     last: Vec<R>,
+    around: Extent<R>,
     /// Whether each cluster, and each vertex, is one that may matter.
     are_due: [Vec<bool>; 2],
     /// How far each cluster has moved since the last look.
@@ -73,14 +74,14 @@ impl<R: Real> Candidates<R> {
     }
 
     /// Whether no features can be within their reach and a margin, metres, that holds for all; then
-    /// none is due.
+    /// none is due. The first margin holds where no obstacle can be met, the second anywhere.
     pub(super) fn are_apart(
         &mut self,
-        level: Level,
-        shells: &Shells,
+        at: &At<'_, R>,
         positions: &[R],
-        margin: R,
+        (free, margin): (R, R),
     ) -> bool {
+        let shells = at.shells;
         self.due.clear();
         self.vertices.clear();
         if self.clusters.rows.is_empty() {
@@ -89,14 +90,27 @@ impl<R: Real> Candidates<R> {
         if !self.is_listed {
             return false;
         }
-        let way = at_level!(level, simd => wear(simd, shells, [&self.last, positions]));
-        let way = way.sqrt().to_f64();
-        if way + margin.to_f64() + shells.reach() * NOISE <= self.spare() {
+        let moved = at_level!(at.level, simd => ways(simd, shells, [&self.last, positions]));
+        let way = moved.diagonal().sqrt().to_f64();
+        let needed = |margin: R| way + margin.to_f64() + shells.reach() * NOISE;
+        let spare = self.spare();
+        if needed(margin) <= spare {
+            return true;
+        }
+        if needed(free) <= spare && self.is_clear(at, moved, margin) {
             return true;
         }
         self.worn += way;
         self.wear_out(shells, positions);
         false
+    }
+
+    /// Whether no obstacle can be met in a substep in which particles come closer to it by at most
+    /// a margin, metres, and have moved so much since the last look.
+    fn is_clear(&self, at: &At<'_, R>, moved: Extent<R>, margin: R) -> bool {
+        let moved = moved.with(Extent::around(core::iter::once(R::Vec3::ZERO)));
+        let way = moved.diagonal().sqrt() + margin + R::of(at.shells.reach());
+        at.obstacles.are_beyond(self.around, way)
     }
 
     /// Finds the pairs of clusters whose features may be within their reach and the margin of both,
@@ -114,6 +128,9 @@ impl<R: Real> Candidates<R> {
         let needed = most.to_f64() + noise;
         self.last.clear();
         self.last.extend_from_slice(positions);
+        self.around = at_level!(level, simd => {
+            Extent::of(simd, &shells.records, |at, part| load(simd, &positions[at..], part))
+        });
         if !self.is_listed || self.found_to < self.worn + needed {
             self.pair_clusters(shells, positions, needed);
         }
@@ -305,13 +322,13 @@ const BEYOND: f64 = 0.5;
 /// vertex are apart in flat surface.
 const SKIN: f64 = 0.33;
 
-/// The square of the diagonal of the box around all displacements.
+/// The box around all displacements.
 #[inline(always)]
-fn wear<S: Simd, R: Real>(simd: S, shells: &Shells, [from, to]: [&[R]; 2]) -> R {
+fn ways<S: Simd, R: Real>(simd: S, shells: &Shells, [from, to]: [&[R]; 2]) -> Extent<R> {
     let way = |at: usize, part| {
         zip(load(simd, &to[at..], part), load(simd, &from[at..], part), |a, b| a - b)
     };
-    Extent::of(simd, &shells.records, way).diagonal()
+    Extent::of(simd, &shells.records, way)
 }
 
 impl Cluster {

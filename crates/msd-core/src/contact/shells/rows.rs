@@ -121,9 +121,11 @@ impl<R: Real> ShellRows<R> {
     ) -> bool {
         let shells = at.shells;
         let columns = [velocities, forces, at.inverse_masses];
-        let square = at_level!(at.level, simd => spread(simd, shells, columns, length));
+        let free = at_level!(at.level, simd => spread(simd, shells, columns, length));
         let spare = R::of(SPARE * (1.0 + shells.most_restitution));
-        let margin = square.sqrt() * h * spare + least;
+        let margin_of = |all: Extent<R>| all.diagonal().sqrt() * h * spare + least;
+        // Two vertices, or one and an obstacle that stands still, come closer at most that fast.
+        let margin = margin_of(free.with(Extent::around(core::iter::once(R::Vec3::ZERO))));
         core::mem::swap(&mut self.rows, &mut self.last);
         self.rows.clear();
         // In a run that diverges nothing is near anything.
@@ -133,7 +135,7 @@ impl<R: Real> ShellRows<R> {
         let most = R::of(MOST_MARGIN * shells.reach());
         let is_fast = most < margin;
         let margin = margin.min(most);
-        if self.lists.are_apart(at.level, shells, positions, margin) {
+        if self.lists.are_apart(at, positions, (margin_of(free), margin)) {
             return is_fast;
         }
         let columns = [positions, velocities, forces];
@@ -350,25 +352,21 @@ impl<R: Real> ShellRows<R> {
     }
 }
 
-/// The square of the diagonal of the box around all velocities after a kick of `length` seconds,
-/// and around rest: two vertices, or one and an obstacle that stands still, come closer at most
-/// that fast.
+/// The box around all velocities after a kick of `length` seconds.
 #[inline(always)]
 fn spread<S: Simd, R: Real>(
     simd: S,
     shells: &Shells,
     [velocities, forces, inverse_masses]: [&[R]; 3],
     length: R,
-) -> R {
+) -> Extent<R> {
     let length = Pack::<S, R>::new(simd, length);
     let after = |at: usize, part| {
         let masses = load(simd, &inverse_masses[at..], part);
         let kick = zip(load(simd, &forces[at..], part), masses, |force, w| force * (w * length));
         zip(load(simd, &velocities[at..], part), kick, |velocity, kick| velocity + kick)
     };
-    let mut all = Extent::of(simd, &shells.records, after);
-    all.add(R::Vec3::ZERO);
-    all.diagonal()
+    Extent::of(simd, &shells.records, after)
 }
 
 /// More than the part by which particles get faster in a sweep.
