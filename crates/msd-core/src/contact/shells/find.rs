@@ -272,11 +272,12 @@ impl<'a, R: Real> Finder<'a, R> {
     }
 
     /// Lets a row follow its features to where these are now; the same face takes the couple. One
-    /// that slid off them stays as it was: their border would push it back or on.
+    /// that slid off them ends: their border would push it back or on.
     pub(super) fn follow(&self, row: &mut ContactRow<R>) {
         let Some(mut new) = self.row(row.key, self.sides(row.key)) else { return };
         let is_off = |(new, old): (&R, &R)| *new == R::ZERO && *old != R::ZERO;
         if new.weights.iter().zip(&row.weights).any(is_off) {
+            (row.push, row.rub) = (R::ZERO, R::Vec3::ZERO);
             return;
         }
         if row.turns {
