@@ -403,7 +403,10 @@ impl<R: Real> Hold<R> {
             }
             bend
         };
-        let bends = bend.abs() + bend.abs();
+        // What a surface presses does not leave it as that slows down.
+        let [before, after] =
+            [span.start, span.end].map(|time| obstacle.velocity(position, time).dot(normal));
+        let bends = (bend.abs() + (after - before).abs()) * R::of(2.0);
         let law = obstacle.law();
         let lies = gap <= near && law.restitution == R::ZERO;
         let is_slow = speed <= resting + bends && (lies || -speed <= resting + bends);
