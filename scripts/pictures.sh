@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Makes the pictures of the window in the README anew: a grab, and the first five
-# minutes, and those of docs/scenes.md, docs/using.md and docs/materials.md. They are filmed without
-# a display, always the same frames.
+# minutes, and those of docs/scenes.md, docs/using.md and docs/materials.md, and of the page. They are
+# filmed without a display, always the same frames.
 #
 # Needs a graphics adapter (mesa-vulkan-drivers will do), img2webp and cwebp (apt install webp), and
 # montage (apt install imagemagick).
@@ -26,6 +26,10 @@ ls -l docs/first
 # The scene drape, of docs/scenes.md.
 cargo run --release -- render drape --time 3 --out "$frames/drape.png"
 cwebp -quiet -q 70 -resize 640 0 "$frames/drape.png" -o docs/drape.webp
+
+# What the page of a browser shows while it loads, and previews of links to it.
+cargo run --release -- render cube --time 1.5 --size 640x400 --out "$frames/still.png"
+cwebp -quiet -q 75 "$frames/still.png" -o web/page/still.webp
 
 # The scenes of things that touch, of docs/using.md.
 for scene in trampoline:1.6 twist:2.5 funnel:0.6 knot:0.4 curtain:1.8 stairs:1.2; do

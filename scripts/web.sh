@@ -3,6 +3,7 @@
 #
 #   scripts/web.sh            builds and says how large it is
 #   scripts/web.sh --serve    builds, and serves it at http://127.0.0.1:8080 (PORT=... elsewhere)
+#   PAGE_ADDRESS=https://.../ scripts/web.sh   names the picture that previews of links show
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -35,7 +36,8 @@ fi
 
 cp "$page"/* "$dist"
 size=$(wc -c <"$dist/msd_bg.wasm")
-sed -i "s/SIZE_OF_PROGRAM/$size/" "$dist/index.html"
+# A preview of a link shows a picture only by its whole address.
+sed -i "s/SIZE_OF_PROGRAM/$size/; s|ADDRESS_OF_PAGE|${PAGE_ADDRESS:-}|" "$dist/index.html"
 files=$(cd "$dist" && ls | grep -v '^sw.js$' | sed 's/.*/"&"/' | paste -sd,)
 version=$(cat "$dist"/* | sha256sum | cut -c1-16)
 sed -i "s/VERSION_OF_FILES/$version/; s/LIST_OF_FILES/[\".\\/\",$files]/" "$dist/sw.js"

@@ -479,8 +479,14 @@ const tests = {
     await page.go('');
     await page.page.getByRole('combobox', { name: 'Scene' }).selectOption('chain');
     await page.until('another scene', now => now.scene === 'chain');
-    await page.page.getByRole('button', { name: 'Pause or go on' }).click();
+    await page.page.getByRole('button', { name: 'Pause' }).click();
     await page.until('a pause', now => now.paused);
+    await page.page.getByRole('button', { name: 'Resume' }).click();
+    await page.until('going on', now => !now.paused);
+    const names = await page.page.locator('#bar button').allTextContents();
+    assert.equal(new Set(names).size, names.length, `${names}`);
+    const picture = await page.page.getAttribute('meta[property="og:image"]', 'content');
+    assert.match(picture, /still\.webp$/);
   },
 };
 
@@ -587,7 +593,7 @@ const once = {
   },
 };
 
-// A phone: a small screen with two pixels for one of CSS.
+// A phone: a small screen with two or three pixels for one of CSS.
 const phone = {
   async 'the canvas has as many pixels as the screen, and the scene the room'(page) {
     await page.go('#scene=cube');
@@ -596,13 +602,49 @@ const phone = {
       const { width, height, clientWidth, clientHeight } = document.getElementById('canvas');
       return { ratio: devicePixelRatio, width, height, clientWidth, clientHeight };
     });
-    assert.equal(canvas.ratio, 2);
-    assert(Math.abs(canvas.width - 2 * canvas.clientWidth) <= 1, JSON.stringify(canvas));
-    assert(Math.abs(canvas.height - 2 * canvas.clientHeight) <= 1, JSON.stringify(canvas));
+    const { ratio } = canvas;
+    assert.equal(ratio, page.way.startsWith('webgpu') ? 2 : 3);
+    assert(Math.abs(canvas.width - ratio * canvas.clientWidth) <= 1, JSON.stringify(canvas));
+    assert(Math.abs(canvas.height - ratio * canvas.clientHeight) <= 1, JSON.stringify(canvas));
     assert.equal(view[2], canvas.clientWidth);
-    await page.photo('browser-phone');
+    if (page.way.startsWith('webgpu')) await page.photo('browser-phone');
     await page.page.getByRole('button', { name: 'Panels' }).click();
-    await page.until('panels', now => now.view[2] < view[2]);
+    await page.until('a panel below', now => now.view[3] < 0.7 * view[3]);
+    await page.picture(`phone-${ratio}`);
+  },
+
+  async 'a finger shows one panel, and the body stays in view'(page) {
+    await page.cdp.send('Emulation.setTouchEmulationEnabled', { enabled: true });
+    for (const [width, height] of [[390, 844], [844, 390]]) {
+      await page.cdp.send('Emulation.setDeviceMetricsOverride',
+        { width, height, deviceScaleFactor: 0, mobile: true });
+      await page.page.evaluate(() => localStorage.clear());
+      await page.go('#scene=cube');
+      const { view } = await page.until('steps', now => 2 < now.steps);
+      const bar = await page.page.locator('#bar').boundingBox();
+      assert(bar.height <= 60, `the bar is ${bar.height} high`);
+      assert.deepEqual([view[2], view[3]], [width, height - bar.height], 'the scene has the room');
+      const press = async id => {
+        const box = await page.page.locator(id).boundingBox();
+        assert(44 <= box.height && 44 <= box.width, `${id} is ${box.width} by ${box.height}`);
+        await page.page.locator(id).click();
+      };
+      await press('#more');
+      for (const box of await page.page.locator('#rest > :visible').all()) {
+        const { x, y, width: wide, height: high } = await box.boundingBox();
+        assert(44 <= high && 0 <= x && x + wide <= width && y + high <= height, `${x} ${y}`);
+      }
+      await press('#more');
+      await press('[data-command=panels]');
+      const shown = await page.until('a panel', now => now.view[2] * now.view[3] < 0.9 * view[2] * view[3]);
+      assert(0.5 * view[2] * view[3] <= shown.view[2] * shown.view[3], `${shown.view}`);
+      await page.frames(30);
+      const coloured = await page.coloured(shown.view);
+      assert(0.05 < coloured, `${coloured} of the middle has a colour`);
+      await page.picture(`phone-${width}x${height}-${page.way.split(' ')[0]}`);
+    }
+    await page.cdp.send('Emulation.clearDeviceMetricsOverride');
+    await page.cdp.send('Emulation.setTouchEmulationEnabled', { enabled: false });
   },
 };
 
@@ -638,11 +680,13 @@ if (!executable) {
 const { server, url } = await serve();
 let failed = 0;
 const only = process.env.MSD_WEB_TEST ? new RegExp(process.env.MSD_WEB_TEST) : /./;
-const small = [...WAYS.webgpu, '--force-device-scale-factor=2', '--window-size=500,860'];
+const small = (way, ratio) =>
+  [...WAYS[way], `--force-device-scale-factor=${ratio}`, '--window-size=500,860'];
 for (const [way, flags, list, view] of [
   ['webgpu', WAYS.webgpu, { ...tests, ...once }],
   ['webgl2', WAYS.webgl2, tests],
-  ['webgpu on a phone', small, phone, null],
+  ['webgpu on a phone', small('webgpu', 2), phone, null],
+  ['webgl2 on a phone', small('webgl2', 3), phone, null],
   ['neither', ['--disable-gpu', '--disable-3d-apis'], blind],
 ]) {
   const open = async () => {

@@ -65,6 +65,7 @@ const told = {
     // Of a file: not in the list.
     if (element('scene').value !== name) element('scene').value = '';
   },
+  paused: text => { element('pause').textContent = text ? 'Resume' : 'Pause'; },
   open: fragment => open(fragment).catch(refused),
   copy: text => copy(text),
   file(name, bytes) {
@@ -197,8 +198,8 @@ function listScenes() {
 }
 
 // What is remembered; at first the scene has a small screen to itself.
-const SMALL = 700;
-const remembered = () => store.preferences() ?? (innerWidth < SMALL ? '{"panels": false}' : undefined);
+const isSmall = () => matchMedia('(max-width: 699px), (max-height: 479px)').matches;
+const remembered = () => store.preferences() ?? (isSmall() ? '{"panels": false}' : undefined);
 
 const refused = error => say(String(error));
 
@@ -212,6 +213,12 @@ function connect() {
     history.replaceState(null, '', fragment);
     open(fragment).catch(refused);
   });
+  const more = element('more');
+  const unfold = open => more.setAttribute('aria-expanded', open);
+  more.addEventListener('click', () => unfold(more.ariaExpanded !== 'true'));
+  // What is chosen there, or pressed elsewhere, closes it.
+  element('rest').addEventListener('click', () => unfold(false));
+  element('canvas').addEventListener('pointerdown', () => unfold(false));
   element('copy').addEventListener('click', () => msd.link().then(copy, refused));
   element('verify').addEventListener('click', verify);
   element('save').addEventListener('click', () => msd.saved().then(bytes => {
@@ -309,7 +316,8 @@ try {
   listRecordings().catch(() => {});
   const [fragment, rows] = await opening;
   await rest();
-  msd.start(fragment, rows, remembered(), (kind, ...what) => told[kind]?.(...what));
+  const byTouch = matchMedia('(pointer: coarse)').matches;
+  msd.start(fragment, rows, remembered(), byTouch, (kind, ...what) => told[kind]?.(...what));
   msd.set_bare(setOptions());
   if (options().has('verify')) verify();
 } catch (error) {

@@ -1,9 +1,9 @@
 //! The renderer: a snapshot is uploaded once, then drawn in two passes, shadow and scene.
 
 use crate::device::buffers::Rows;
-use crate::device::pipelines::Pipelines;
+use crate::device::pipelines::{Casters, Pipelines};
 use crate::device::quality::Quality;
-use crate::device::targets::{DEPTH_FORMAT, Targets, texture};
+use crate::device::targets::{DEPTH_FORMAT, SHADE_FORMAT, Targets, texture};
 use crate::device::uniforms::{Globals, Light};
 use crate::picture::compose::set_geometry;
 use crate::picture::geometry::Geometry;
@@ -52,6 +52,7 @@ struct Bindings {
     globals: [(Buffer, BindGroup); 2],
     shadow_map: TextureView,
     ground_map: TextureView,
+    shade_map: TextureView,
     shadow_group: BindGroup,
 }
 
@@ -200,9 +201,11 @@ impl Renderer {
             }
             if prepared.view.style.shadows {
                 let Bindings { globals: [picture, below], .. } = &self.bindings;
-                self.draw_depths(encoder, (&self.bindings.shadow_map, &picture.1));
+                let Bindings { shadow_map, ground_map, shade_map, .. } = &self.bindings;
+                let [sun, ground] = &self.pipelines.casters;
+                self.draw_depths(encoder, (shadow_map, None), (&picture.1, sun));
                 if prepared.light.level.is_some() {
-                    self.draw_depths(encoder, (&self.bindings.ground_map, &below.1));
+                    self.draw_depths(encoder, (ground_map, Some(shade_map)), (&below.1, ground));
                 }
             }
         }
@@ -225,11 +228,24 @@ impl Renderer {
     fn draw_depths(
         &self,
         encoder: &mut CommandEncoder,
-        (map, globals): (&TextureView, &BindGroup),
+        (map, shades): (&TextureView, Option<&TextureView>),
+        (globals, casters): (&BindGroup, &Casters),
     ) {
+        let shades = shades.map(|view| {
+            let ops = wgpu::Operations {
+                load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                store: wgpu::StoreOp::Store,
+            };
+            Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target: None,
+                ops,
+            })
+        });
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("depths"),
-            color_attachments: &[],
+            color_attachments: shades.as_slice(),
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: map,
                 depth_ops: Some(wgpu::Operations {
@@ -240,13 +256,13 @@ impl Renderer {
             }),
             ..Default::default()
         });
-        let (pipelines, rows) = (&self.pipelines, &self.rows);
+        let rows = &self.rows;
         let lines = (self.geometry.casting_lines as u32).min(rows.lines.count);
         let points = (self.geometry.casting_points as u32).min(rows.points.count);
         pass.set_bind_group(0, globals, &[]);
-        draw_surfaces(&mut pass, &pipelines.shadow_surface, rows);
-        draw_instances(&mut pass, &pipelines.shadow_line, &rows.lines, (6, 0..lines));
-        draw_instances(&mut pass, &pipelines.shadow_point, &rows.points, (36, 0..points));
+        draw_surfaces(&mut pass, &casters.surface, rows);
+        draw_instances(&mut pass, &casters.line, &rows.lines, (6, 0..lines));
+        draw_instances(&mut pass, &casters.point, &rows.points, (36, 0..points));
     }
 
     fn draw_scene(&self, pass: &mut RenderPass<'_>, height: f32) {
@@ -292,9 +308,10 @@ impl Bindings {
             let group = group(&layouts[0], &[wgpu::BindGroupEntry { binding: 0, resource }]);
             (buffer, group)
         });
-        let map = |label, side| texture(device, label, DEPTH_FORMAT, ([side, side], 1));
-        let shadow_map = map("shadow map", quality.shadow_size());
-        let ground_map = map("ground map", quality.ground_size());
+        let map = |label, format, side| texture(device, label, format, ([side, side], 1));
+        let shadow_map = map("shadow map", DEPTH_FORMAT, quality.shadow_size());
+        let ground_map = map("ground map", DEPTH_FORMAT, quality.ground_size());
+        let shade_map = map("shade map", SHADE_FORMAT, quality.ground_size());
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("shadow"),
             mag_filter: wgpu::FilterMode::Linear,
@@ -302,13 +319,21 @@ impl Bindings {
             compare: Some(wgpu::CompareFunction::LessEqual),
             ..Default::default()
         });
+        let smooth = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("shade"),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            ..Default::default()
+        });
         let entries = [
             entry(0, wgpu::BindingResource::TextureView(&shadow_map)),
             entry(1, wgpu::BindingResource::Sampler(&sampler)),
             entry(2, wgpu::BindingResource::TextureView(&ground_map)),
+            entry(3, wgpu::BindingResource::TextureView(&shade_map)),
+            entry(4, wgpu::BindingResource::Sampler(&smooth)),
         ];
         let shadow_group = group(&layouts[1], &entries);
-        Self { globals, shadow_map, ground_map, shadow_group }
+        Self { globals, shadow_map, ground_map, shade_map, shadow_group }
     }
 }
 
@@ -322,13 +347,18 @@ fn globals_layout(device: &Device) -> wgpu::BindGroupLayout {
 }
 
 fn shadow_layout(device: &Device) -> wgpu::BindGroupLayout {
-    let map = wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Depth,
+    let map = |sample_type| wgpu::BindingType::Texture {
+        sample_type,
         view_dimension: wgpu::TextureViewDimension::D2,
         multisampled: false,
     };
-    let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison);
-    layout(device, wgpu::ShaderStages::FRAGMENT, &[map, sampler, map])
+    let depths = map(wgpu::TextureSampleType::Depth);
+    let shares = map(wgpu::TextureSampleType::Float { filterable: true });
+    let [compare, smooth] =
+        [wgpu::SamplerBindingType::Comparison, wgpu::SamplerBindingType::Filtering]
+            .map(wgpu::BindingType::Sampler);
+    let types = [depths, compare, depths, shares, smooth];
+    layout(device, wgpu::ShaderStages::FRAGMENT, &types)
 }
 
 fn layout(

@@ -1,9 +1,10 @@
 //! Scenes in glTF files, read back by the `gltf` crate.
 
 use gltf::animation::Property;
+use gltf::material::AlphaMode;
 use gltf::mesh::Mode;
 use gltf::{Document, Gltf};
-use msd_core::glam::{Quat, Vec3};
+use msd_core::glam::{Mat4, Quat, Vec3};
 use msd_run::Runner;
 use msd_run::export::{Export, Format};
 use msd_scene::{SceneFormat, parse};
@@ -11,6 +12,16 @@ use msd_scene::{SceneFormat, parse};
 const SCENE: &str = "version = 1
 [world]
 gravity = [0, 0, 0]
+[[world.planes]]
+normal = [0, 1, 0]
+offset = -4
+[[world.planes]]
+normal = [-0.6, 0.8, 0]
+offset = -8
+[[world.solids]]
+kind = 'half_space'
+position = [0, 0, -9]
+rotation = { axis = [1, 0, 0], angle_deg = 90 }
 [[world.solids]]
 kind = 'sphere'
 radius = 0.5
@@ -25,7 +36,12 @@ spin = [0, 0, 3]
 kind = 'cloth'
 size = [9, 9]
 spacing = 0.1
-look = { colour = '#ff8000', back = '#000080', roughness = 0.25, pattern = 'checks' }
+[bodies.look]
+colour = '#ff8000'
+back = '#000080'
+roughness = 0.25
+pattern = 'checks'
+translucency = 0
 [[bodies]]
 kind = 'rope'
 size = [6]
@@ -142,7 +158,7 @@ fn a_rope_is_a_tube_that_follows_its_particles() {
 #[test]
 fn solids_are_nodes_and_those_that_move_are_animated() {
     let (document, blob) = exported();
-    let ball = node(&document, "solid 0");
+    let ball = node(&document, "solid 1");
     let (place, ..) = ball.transform().decomposed();
     assert_eq!(place, [0.0, -3.0, 0.0]);
     let mesh = ball.mesh().expect("a mesh");
@@ -151,7 +167,7 @@ fn solids_are_nodes_and_those_that_move_are_animated() {
     for place in reader.read_positions().expect("places") {
         assert!((Vec3::from(place).length() - 0.5).abs() < 1e-6);
     }
-    let plank = node(&document, "solid 1");
+    let plank = node(&document, "solid 2");
     let animation = document.animations().next().expect("an animation");
     let of =
         |node: usize| animation.channels().filter(move |of| of.target().node().index() == node);
@@ -176,4 +192,66 @@ fn solids_are_nodes_and_those_that_move_are_animated() {
         }
     }
     assert_eq!(of(plank.index()).count(), 2);
+}
+
+#[test]
+fn planes_are_squares_that_face_the_scene_and_hold_all_of_it() {
+    let (document, blob) = exported();
+    // All that moves in the second: the cloth, the block, and the rope, which flies along x.
+    let ends = [Vec3::new(-0.4, -0.4, -0.4), Vec3::new(1.5, 4.4, 0.4)];
+    let planes = [
+        ("plane 0", Vec3::Y, -4.0),
+        ("plane 1", Vec3::new(-0.6, 0.8, 0.0), -8.0),
+        ("solid 0", Vec3::Z, -9.0),
+    ];
+    for (name, normal, offset) in planes {
+        let plane = node(&document, name);
+        let matrix = Mat4::from_cols_array_2d(&plane.transform().matrix());
+        let part = plane.mesh().expect("a mesh").primitives().next().expect("a part");
+        let reader = part.reader(|_| Some(&blob));
+        let corners: Vec<Vec3> = reader
+            .read_positions()
+            .expect("places")
+            .map(|place| matrix.transform_point3(place.into()))
+            .collect();
+        for corner in &corners {
+            assert!((corner.dot(normal) - offset).abs() < 1e-4, "{name}: {corner}");
+        }
+        let middle = corners.iter().sum::<Vec3>() / 4.0;
+        let half = corners[0].distance(corners[1]) / 2.0;
+        for end in ends {
+            let below = end - normal * (end.dot(normal) - offset);
+            assert!(
+                below.distance(middle) < half,
+                "{name}: {below} is within {half} m of {middle}"
+            );
+        }
+        assert!(half < 40.0, "{name}: it has an end");
+        let triangles: Vec<u32> = reader.read_indices().expect("corners").into_u32().collect();
+        for triangle in triangles.chunks(3) {
+            let [a, b, c] = [0, 1, 2].map(|corner| corners[triangle[corner] as usize]);
+            let facing = (b - a).cross(c - a).normalize();
+            assert!(0.9999 < facing.dot(normal), "{name}: it faces {facing}");
+        }
+        let material = part.material();
+        assert!(!material.double_sided(), "from behind it would hide the scene");
+        let wanted = if name == "plane 0" { "floor" } else { "wall" };
+        assert_eq!(material.name(), Some(wanted));
+    }
+}
+
+#[test]
+fn a_translucent_look_is_blended_by_the_share_of_light_that_it_lets_through() {
+    let (document, _) = exported();
+    let material = |name| {
+        let mesh = node(&document, name).mesh().expect("a mesh");
+        let part = mesh.primitives().next().expect("a part");
+        let colour = part.material().pbr_metallic_roughness().base_color_factor();
+        (part.material().alpha_mode(), colour[3])
+    };
+    // A block is jelly unless its look says otherwise, and jelly lets 0.6 of the light through.
+    assert_eq!(material("block"), (AlphaMode::Blend, 1.0 - 0.6));
+    assert_eq!(material("cloth"), (AlphaMode::Opaque, 1.0));
+    assert_eq!(material("rope"), (AlphaMode::Opaque, 1.0));
+    assert_eq!(material("plane 0"), (AlphaMode::Opaque, 1.0));
 }

@@ -15,6 +15,7 @@ mod trade;
 mod status;
 mod overlay;
 mod over;
+mod sheet;
 #[cfg(target_arch = "wasm32")]
 mod rehearsal;
 
@@ -26,19 +27,25 @@ use egui::{
 };
 #[cfg(target_arch = "wasm32")]
 pub use rehearsal::rehearse;
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) use sheet::LEAST;
 
 /// Width of the left panel, points.
 const LEFT: f32 = 158.0;
 /// Width of the right panel, points.
 const RIGHT: f32 = 292.0;
-/// Between two rows of the right panel, height of a row, and over and under the words of a button,
+/// Between two rows of a panel, height of a row, and over and under the words of a button,
 /// points.
 const TIGHT: (f32, f32, f32) = (3.0, 18.0, 1.0);
+/// Width of a slider in the right panel, points.
+const SLIDER: f32 = 96.0;
 /// Width of the names of sliders and choices, points.
 const COLUMN: f32 = 70.0;
 
 /// Lays out everything, and lets widgets act on the viewer.
 pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
+    let is_small = sheet::is_small(ui.available_size());
+    theme::fit(ui.ctx(), is_small || viewer.by_touch);
     if viewer.bare {
         viewer.choose_scale();
         view(ui, viewer);
@@ -48,8 +55,10 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let paper = Frame::new().fill(ui.visuals().panel_fill);
     let frame = paper.inner_margin(10.0);
     let line = paper.inner_margin(egui::Margin::symmetric(10, 5));
-    if viewer.panels {
-        panels(ui, viewer, frame, line);
+    match viewer.panels {
+        true if is_small => sheet::show(ui, viewer, frame),
+        true => panels(ui, viewer, frame, line),
+        false => {}
     }
     viewer.choose_scale();
     view(ui, viewer);
@@ -67,13 +76,14 @@ fn panels(ui: &mut Ui, viewer: &mut Viewer, frame: Frame, line: Frame) {
     });
     Panel::left("scenes").resizable(false).exact_size(LEFT).frame(frame).show(ui, |ui| {
         let area = ScrollArea::vertical().id_salt("left").auto_shrink([false, false]);
-        scroll(ui, area, |ui| scenes::show(ui, viewer));
+        scroll(ui, area, |ui| {
+            tighten(ui, viewer);
+            scenes::show(ui, viewer);
+        });
     });
     Panel::right("numbers").resizable(false).exact_size(RIGHT).frame(frame).show(ui, |ui| {
         status::scrolled(ui, viewer, |ui, viewer| {
-            // Down to the plot of the energy in a window of 1280 x 800 points.
-            let spacing = ui.spacing_mut();
-            (spacing.item_spacing.y, spacing.interact_size.y, spacing.button_padding.y) = TIGHT;
+            tighten(ui, viewer);
             run::show(ui, viewer);
             twin::show(ui, viewer);
             material::show(ui, viewer);
@@ -84,6 +94,15 @@ fn panels(ui: &mut Ui, viewer: &mut Viewer, frame: Frame, line: Frame) {
         });
     });
     trade::show(ui, viewer, frame);
+}
+
+/// Lets the panels show down to the plot of the energy in a window of 1280 x 800 points, unless
+/// fingers press what is in them.
+fn tighten(ui: &mut Ui, viewer: &Viewer) {
+    if !viewer.by_touch {
+        let spacing = ui.spacing_mut();
+        (spacing.item_spacing.y, spacing.interact_size.y, spacing.button_padding.y) = TIGHT;
+    }
 }
 
 /// The 3D view as a widget: egui decides which presses are its own, for
@@ -157,9 +176,12 @@ fn scroll<T>(
 
 /// A label and a slider beside it; the name of both is the label, and `hover` explains both.
 fn slider(ui: &mut Ui, (label, hover): (&str, &str), slider: Slider<'_>) -> Response {
+    let room = ui.available_width();
     ui.horizontal(|ui| {
         left_label(ui, label).on_hover_text(hover);
-        ui.spacing_mut().slider_width = 96.0;
+        // What the panel is wider than on a desktop, less what larger marks take.
+        let more = room - RIGHT;
+        ui.spacing_mut().slider_width = SLIDER + more.max(0.0);
         let response = slider.ui(ui).on_hover_text(hover);
         // Not by the label's id: the number beside the slider takes over only a name of its own.
         ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(label));

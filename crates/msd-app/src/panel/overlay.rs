@@ -32,6 +32,11 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         legend(&painter, viewer.rect, scale);
     }
     let text = match viewer.tool {
+        Tool::Cut if viewer.by_touch => "draw a line across springs to cut them",
+        Tool::Select if viewer.by_touch => "draw a box around what to grab together",
+        Tool::Grab if viewer.by_touch => {
+            "drag the body to throw it  ·  drag beside it to orbit  ·  two fingers zoom and pan"
+        }
         Tool::Cut => "draw a line across springs to cut them  ·  C or Esc: grab again",
         Tool::Select => "draw a box around what to grab together  ·  B or Esc: grab again",
         Tool::Grab if viewer.has_solids() => {
@@ -261,6 +266,15 @@ const MOUSE: [(&str, &str); 7] = [
     ("Drag a solid", "push it through the scene; let go to leave it there"),
 ];
 
+const FINGERS: [(&str, &str); 6] = [
+    ("Drag the body", "hold it; let go to throw it"),
+    ("Drag beside it", "orbit"),
+    ("Two fingers", "zoom and pan"),
+    ("Long touch", "pin or free a particle"),
+    ("Drag a pin", "move the pin"),
+    ("Drag a solid", "push it through the scene"),
+];
+
 fn help(ui: &Ui, viewer: &mut Viewer) {
     let mut open = true;
     let window = egui::Window::new("Help").open(&mut open).collapsible(false).resizable(false);
@@ -270,7 +284,11 @@ fn help(ui: &Ui, viewer: &mut Viewer) {
     window.show(ui.ctx(), |ui| {
         rows.show(ui, |ui| {
             Grid::new("help").num_columns(2).spacing([24.0, 6.0]).show(ui, |ui| {
-                for &(what, does) in MOUSE.iter().chain(KEYS) {
+                let (hands, keys) = match viewer.by_touch {
+                    true => (&FINGERS[..], &[][..]),
+                    false => (&MOUSE[..], KEYS),
+                };
+                for &(what, does) in hands.iter().chain(keys) {
                     ui.label(RichText::new(what).strong());
                     ui.label(does);
                     ui.end_row();

@@ -23,16 +23,26 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         ui.heading(&*loaded.name);
         ui.add(Label::new(RichText::new(&*loaded.title).small().weak()).truncate());
     });
+    if !viewer.in_page {
+        transport(ui, viewer);
+    }
+    speed(ui, viewer);
+    recording(ui, viewer);
+}
+
+/// Pause, steps and restart; the bar of a page has these, and its timeline goes back.
+fn transport(ui: &mut Ui, viewer: &mut Viewer) {
     ui.horizontal(|ui| {
+        let height = ui.spacing().interact_size.y.max(26.0);
         let paused = viewer.session.is_paused();
         let text = if paused { "Run" } else { "Pause" };
-        let pause = Button::new(text).min_size(egui::vec2(70.0, 26.0)).selected(paused);
+        let pause = Button::new(text).min_size(egui::vec2(70.0, height)).selected(paused);
         let pause = ui.add(pause).on_hover_text("Space");
         viewer.landmarks.insert("pause", pause.rect);
         if pause.clicked() {
             viewer.command(Command::TogglePause);
         }
-        let small = |text| Button::new(text).min_size(egui::vec2(54.0, 26.0));
+        let small = |text| Button::new(text).min_size(egui::vec2(54.0, height));
         let can_go_back = 0 < viewer.session.steps_back();
         let back = ui.add_enabled(can_go_back, small("Back")).on_hover_text("One step back (,)");
         if back.clicked() {
@@ -45,8 +55,6 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
             viewer.command(Command::Restart);
         }
     });
-    speed(ui, viewer);
-    recording(ui, viewer);
 }
 
 fn recording(ui: &mut Ui, viewer: &mut Viewer) {

@@ -8,9 +8,12 @@ use msd_render::{Quality, Quantity};
 
 /// The left panel.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
-    ui.spacing_mut().button_padding.y = 1.0;
-    ui.spacing_mut().interact_size.y = 18.0;
     list(ui, viewer);
+    view(ui, viewer);
+}
+
+/// What is below the list.
+pub(super) fn view(ui: &mut Ui, viewer: &mut Viewer) {
     tools(ui, viewer);
     toggles(ui, viewer);
     camera(ui, viewer);
@@ -60,7 +63,8 @@ fn list(ui: &mut Ui, viewer: &mut Viewer) {
         back = ui.add(button).on_hover_text(&*opened.title).clicked();
     }
     ui.spacing_mut().item_spacing.y = 3.0;
-    if ui.button("Open…").on_hover_text("Pictures of the scenes, and files (O)").clicked() {
+    let hover = "Pictures of the scenes, and files (O)";
+    if !viewer.in_page && ui.button("Open…").on_hover_text(hover).clicked() {
         viewer.command(Command::Open);
     }
     if let Some(index) = wanted {
@@ -161,14 +165,15 @@ fn meaning(quantity: Option<Quantity>) -> &'static str {
 fn camera(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Camera");
     ui.horizontal(|ui| {
-        if ui.button("Frame all").on_hover_text("Bring everything into view (A)").clicked() {
+        let hover = "Bring everything into view (A)";
+        if !viewer.in_page && ui.button("Frame all").on_hover_text(hover).clicked() {
             viewer.command(Command::FrameAll);
         }
         ui.checkbox(&mut viewer.follow, "Follow").on_hover_text("Keep everything in the middle");
     });
     let hover = "Scene, settings and camera as a text, which the page in a browser, msd view and \
                  msd run take";
-    if ui.button("Copy link").on_hover_text(hover).clicked() {
+    if !viewer.in_page && ui.button("Copy link").on_hover_text(hover).clicked() {
         viewer.copy_link();
     }
 }
@@ -182,6 +187,9 @@ fn keep(ui: &mut Ui, viewer: &mut Viewer) {
         ("Copy command", Command::CopyCommand, "The command that shows this (Ctrl + C)"),
     ];
     for (name, command, hover) in KEEP {
+        if viewer.in_page && command == Command::SaveRun {
+            continue;
+        }
         if ui.button(name).on_hover_text(hover).clicked() {
             viewer.command(command);
         }
@@ -227,14 +235,16 @@ fn window(ui: &mut Ui, viewer: &mut Viewer) {
     viewer.landmarks.insert("light", light.rect);
     let hover = "Fill the screen (F11)";
     ui.checkbox(&mut viewer.full_screen, "Full screen").on_hover_text(hover);
-    ui.horizontal(|ui| {
-        if ui.button("Hide panels").on_hover_text("H brings them back").clicked() {
-            viewer.command(Command::Panels);
-        }
-        if ui.button("Guide").on_hover_text("Five steps for a start").clicked() {
-            viewer.command(Command::Guide);
-        }
-    });
+    if !viewer.in_page {
+        ui.horizontal(|ui| {
+            if ui.button("Hide panels").on_hover_text("H brings them back").clicked() {
+                viewer.command(Command::Panels);
+            }
+            if ui.button("Guide").on_hover_text("Five-step tour").clicked() {
+                viewer.command(Command::Guide);
+            }
+        });
+    }
     ui.horizontal(|ui| {
         ui.label("Size").on_hover_text("Of text and controls (Ctrl + and Ctrl -)");
         let scale = ui.ctx().zoom_factor();

@@ -24,6 +24,11 @@ pub const WARN: Color32 = Color32::from_rgb(240, 180, 80);
 /// What went wrong.
 pub const BAD: Color32 = Color32::from_rgb(240, 110, 100);
 
+/// Height of a control that a pointer presses, points.
+const POINTER: f32 = 20.0;
+/// Height of a control that a finger presses, points.
+pub const FINGER: f32 = 44.0;
+
 /// What stands in place of a number that is being worked out.
 pub const VOID: &str = "…";
 
@@ -62,7 +67,7 @@ pub fn apply(ctx: &Context) {
     ctx.all_styles_mut(|style| {
         style.spacing.item_spacing = vec2(6.0, 5.0);
         style.spacing.button_padding = vec2(8.0, 3.0);
-        style.spacing.interact_size.y = 20.0;
+        style.spacing.interact_size.y = POINTER;
         style.spacing.combo_width = 150.0;
         // That there is more to see shows without the pointer over it.
         style.spacing.scroll.dormant_handle_opacity = 0.5;
@@ -76,6 +81,17 @@ pub fn apply(ctx: &Context) {
     for theme in [Theme::Dark, Theme::Light] {
         let own: fn(Color32) -> Color32 = if theme == Theme::Dark { |dark| dark } else { light };
         ctx.style_mut_of(theme, |style| colour(&mut style.visuals, own));
+    }
+}
+
+/// Makes controls as high as a finger needs, or as a pointer does.
+pub fn fit(ctx: &Context, by_touch: bool) {
+    let (height, icon) = if by_touch { (FINGER, 24.0) } else { (POINTER, 14.0) };
+    if ctx.global_style().spacing.interact_size.y != height {
+        ctx.all_styles_mut(|style| {
+            (style.spacing.interact_size.y, style.spacing.icon_width) = (height, icon);
+            style.spacing.icon_width_inner = icon * 4.0 / 7.0;
+        });
     }
 }
 

@@ -44,7 +44,9 @@ fn undo(ui: &mut Ui, viewer: &mut Viewer) {
         [("Undo", last, "Ctrl+Z", Command::Undo), ("Redo", next, "Ctrl+Shift+Z", Command::Redo)];
     for (name, deed, key, command) in buttons {
         let what = deed.map_or(String::new(), |deed| format!(": {}", deed.words()));
-        let button = ui.add_enabled(deed.is_some(), Button::new(name).small());
+        let button = Button::new(name);
+        let button = if viewer.by_touch { button } else { button.small() };
+        let button = ui.add_enabled(deed.is_some(), button);
         if button.on_hover_text(format!("{name}{what} ({key})")).clicked() {
             viewer.command(command);
         }

@@ -27,7 +27,7 @@ impl GuideStep {
         match self {
             GuideStep::Grab => "Press on the body, drag it, and let go to throw it.",
             GuideStep::Stiffen => {
-                "Drag Stiffness, on the right, up until the percentage under Solver is red."
+                "Drag Stiffness, under Material, right until the percentage under Solver turns red."
             }
             GuideStep::BlowUp if is_reached => {
                 "It blew up: the step is too long for the stiffest springs."
@@ -35,8 +35,8 @@ impl GuideStep {
             GuideStep::BlowUp => "Wait: a step beyond the limit makes it blow up.",
             GuideStep::Mend => "Choose a way out in the box: each says what it costs.",
             GuideStep::Cost => {
-                "Tick Estimate error: that is what this setting gets wrong, and ms/step below is \
-                 what it costs."
+                "Tick Estimate error: that is what this setting gets wrong, and ms/step is what it \
+                 costs."
             }
         }
     }

@@ -61,6 +61,12 @@ pub struct Viewer {
     pub side_by_side: bool,
     /// Whether the panels are shown.
     pub panels: bool,
+    /// The panel that a small screen shows, a row of the list of [`crate::panel`].
+    pub(crate) sheet: usize,
+    /// Whether fingers press what there is, not a mouse.
+    pub by_touch: bool,
+    /// Whether the page around the window has buttons of its own, which need not be here twice.
+    pub in_page: bool,
     /// Whether the panels are light.
     pub light: bool,
     /// Whether how bodies look can be set: the controls of it take room.
@@ -163,6 +169,9 @@ impl Viewer {
             follow: true,
             side_by_side: false,
             panels: true,
+            sheet: 0,
+            by_touch: false,
+            in_page: false,
             light: false,
             looks: false,
             full_screen: false,
@@ -255,7 +264,8 @@ impl Viewer {
             Command::SaveRun | Command::SaveScene | Command::CopyCommand => {
                 self.file_command(command);
             }
-            Command::Guide => self.guide = Some(Guide::default()),
+            // It names controls of the panels.
+            Command::Guide => (self.guide, self.panels) = (Some(Guide::default()), true),
             Command::FullScreen => self.full_screen = !self.full_screen,
             Command::Panels => self.panels = !self.panels,
             Command::Help => self.help = !self.help,

@@ -176,7 +176,7 @@ impl Shell {
         #[cfg(not(target_arch = "wasm32"))]
         let attributes = attributes
             .with_inner_size(self.size(event_loop))
-            .with_min_inner_size(winit::dpi::LogicalSize::new(640.0, 400.0));
+            .with_min_inner_size(winit::dpi::LogicalSize::new(panel::LEAST.x, panel::LEAST.y));
         #[cfg(target_arch = "wasm32")]
         let attributes =
             winit::platform::web::WindowAttributesExtWebSys::with_canvas(attributes, web::canvas());
@@ -295,7 +295,8 @@ impl Shell {
         let viewer = &mut self.viewer;
         self.rehearsed = None;
         panel::theme::choose(&self.context, viewer.light);
-        let output = self.context.run_ui(input.take_egui_input(window), |ui| {
+        let raw = web::adapted(input.take_egui_input(window), &self.context);
+        let output = self.context.run_ui(raw, |ui| {
             if !viewer.bare && panel::rehearse(ui, viewer, piece) {
                 self.rehearsed = Some(piece + 1);
             } else {
@@ -331,10 +332,9 @@ impl Shell {
             return self.fail(event_loop, Missing::Device(text));
         }
         let viewer = &mut self.viewer;
-        #[cfg_attr(not(target_arch = "wasm32"), allow(unused_mut, reason = "for a browser"))]
-        let mut raw = input.take_egui_input(window);
+        let raw = input.take_egui_input(window);
         #[cfg(target_arch = "wasm32")]
-        web::join_fingers(&mut raw);
+        let raw = web::adapted(raw, &self.context);
         let stopwatch = || start.elapsed().as_secs_f64();
         let (mut output, stepped) = lay_out(&self.context, raw, viewer, real, &stopwatch);
         dress(window, viewer, (&mut self.title, &mut self.is_full));

@@ -2,7 +2,7 @@
 
 use crate::device::quality::Quality;
 use crate::device::shaders;
-use crate::device::targets::DEPTH_FORMAT;
+use crate::device::targets::{DEPTH_FORMAT, SHADE_FORMAT};
 use wgpu::{BindGroupLayout, Device, RenderPipeline, TextureFormat, VertexAttribute};
 
 const SURFACE: [VertexAttribute; 6] = wgpu::vertex_attr_array![
@@ -56,9 +56,16 @@ pub(crate) struct Pipelines {
     pub rod: RenderPipeline,
     pub point: RenderPipeline,
     pub overlay: RenderPipeline,
-    pub shadow_surface: RenderPipeline,
-    pub shadow_line: RenderPipeline,
-    pub shadow_point: RenderPipeline,
+    /// Into the map of the sun, and into that of shade on the ground.
+    pub casters: [Casters; 2],
+}
+
+/// What casts shadows.
+#[derive(Debug)]
+pub(crate) struct Casters {
+    pub surface: RenderPipeline,
+    pub line: RenderPipeline,
+    pub point: RenderPipeline,
 }
 
 /// What all pipelines share.
@@ -96,9 +103,11 @@ impl Pipelines {
             rod: maker.pipeline(shaders::LINE, "fs_rod", instances(&LINE), OPAQUE),
             point: maker.pipeline(shaders::POINT, "fs_main", instances(&POINT), round),
             overlay: maker.pipeline(shaders::OVERLAY, "fs_main", instances(&RECT), PAINTED),
-            shadow_surface: maker.shadow("vs_surface", &SURFACE, false),
-            shadow_line: maker.shadow("vs_line", &LINE, true),
-            shadow_point: maker.shadow("vs_point", &POINT, true),
+            casters: [false, true].map(|shades| Casters {
+                surface: maker.shadow("vs_surface", (&SURFACE, false), shades),
+                line: maker.shadow("vs_line", (&LINE, true), shades),
+                point: maker.shadow("vs_point", (&POINT, true), shades),
+            }),
         }
     }
 }
@@ -155,9 +164,10 @@ impl Maker<'_> {
     fn shadow(
         &self,
         vertex: &str,
-        attributes: &'static [VertexAttribute],
-        per_instance: bool,
+        (attributes, per_instance): (&'static [VertexAttribute], bool),
+        shades: bool,
     ) -> RenderPipeline {
+        let targets = [Some(SHADE_FORMAT.into())];
         let module = self.module(shaders::SHADOW);
         let buffers = Some(Input { attributes, per_instance }.layout());
         let mut depth = depth_state(true, wgpu::CompareFunction::LessEqual);
@@ -175,7 +185,12 @@ impl Maker<'_> {
             primitive: wgpu::PrimitiveState::default(),
             depth_stencil: Some(depth),
             multisample: wgpu::MultisampleState::default(),
-            fragment: None,
+            fragment: shades.then_some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("fs_shade"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                targets: &targets,
+            }),
             multiview_mask: None,
             cache: None,
         })

@@ -42,7 +42,7 @@ impl Quality {
     pub(crate) fn ground_size(self) -> u32 {
         match self {
             Quality::Full => 256,
-            Quality::Fast => 64,
+            Quality::Fast => 32,
         }
     }
 }

@@ -5,6 +5,9 @@ use wgpu::{Device, TextureFormat, TextureUsages, TextureView};
 /// Format of depth. A float, because depth falls to zero far away.
 pub(crate) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
+/// Format of the map of shade on the ground: a share of light.
+pub(crate) const SHADE_FORMAT: TextureFormat = TextureFormat::R8Unorm;
+
 /// Colour, if it has several samples per pixel, and depth, of the size of the target.
 #[derive(Debug)]
 pub(crate) struct Targets {

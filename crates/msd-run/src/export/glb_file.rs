@@ -7,7 +7,7 @@ use crate::on;
 use crate::runner::Runner;
 use msd_core::glam::{DQuat, DVec3, Quat};
 use msd_core::obstacles::Placed;
-use msd_core::{Body, Real, Simulation, Surface, Vector};
+use msd_core::{Body, Real, Shape, Simulation, Surface, Vector};
 use msd_scene::{FileError, Output, Spool};
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -29,6 +29,9 @@ pub struct Glb {
     spool: Spool,
     parts: Vec<Drawn>,
     solids: Vec<Scenery>,
+    planes: Vec<Flat>,
+    /// The box around all particles at all moments, metres.
+    bounds: [DVec3; 2],
     materials: Vec<Value>,
     times: Vec<f64>,
     views: Vec<Value>,
@@ -83,7 +86,36 @@ struct Scenery {
     name: String,
     primitive: Value,
     ways: Vec<([f32; 3], [f32; 4])>,
+    /// Whether it is a square, as large as the run needs.
+    is_flat: bool,
 }
+
+/// A plane: its points have `normal` · point = `offset`, metres.
+#[derive(Debug)]
+struct Flat {
+    normal: DVec3,
+    offset: f64,
+    primitive: Value,
+}
+
+impl Flat {
+    /// Its node: a square about the point that is nearest to `middle`, metres.
+    fn node(&self, name: &str, mesh: usize, (middle, reach): (DVec3, f64)) -> Value {
+        let place = middle - (self.normal.dot(middle) - self.offset) * self.normal;
+        json!({
+            "name": name,
+            "mesh": mesh,
+            "translation": place.as_vec3().to_array(),
+            "rotation": DQuat::from_rotation_arc(DVec3::Y, self.normal).as_quat().to_array(),
+            "scale": [reach, 1.0, reach],
+        })
+    }
+}
+
+/// A plane reaches so many times as far as the particles do from their middle.
+const REACH: f64 = 2.0;
+/// And at least so far, metres.
+const LEAST: f64 = 0.1;
 
 /// Corners around a rope.
 const AROUND: u32 = 8;
@@ -94,11 +126,21 @@ impl Glb {
     /// # Errors
     /// Those of the operating system.
     pub fn new(output: Output, spool: Spool, (skin, runner): (&Skin, &Runner)) -> io::Result<Self> {
-        let (parts, solids, materials) = (Vec::new(), Vec::new(), Vec::new());
-        let (times, views, accessors) = (Vec::new(), Vec::new(), Vec::new());
-        let mut glb = Glb { output, spool, parts, solids, materials, times, views, accessors };
+        let mut glb = Glb {
+            output,
+            spool,
+            parts: Vec::new(),
+            solids: Vec::new(),
+            planes: Vec::new(),
+            bounds: [DVec3::INFINITY, DVec3::NEG_INFINITY],
+            materials: Vec::new(),
+            times: Vec::new(),
+            views: Vec::new(),
+            accessors: Vec::new(),
+        };
         on!(runner, simulation => glb.add_parts(skin, simulation))?;
         on!(runner, simulation => glb.add_solids(simulation))?;
+        on!(runner, simulation => glb.add_planes(simulation))?;
         Ok(glb)
     }
 
@@ -235,20 +277,50 @@ impl Glb {
         let snapshot = simulation.snapshot();
         let stone = self.add_material(glb_look::stone());
         for (number, solid) in snapshot.solids.iter().enumerate() {
-            let Some(mesh) = Mesh::of(&solid.shape) else { continue };
-            let attributes = json!({
-                "POSITION": self.add_vectors(&mesh.places)?,
-                "NORMAL": self.add_floats(mesh.normals.as_flattened(), "VEC3", 3)?,
-            });
-            let indices = self.add_indices(mesh.triangles.as_flattened())?;
-            let primitive = json!({
-                "attributes": attributes, "indices": indices, "mode": TRIANGLES,
-                "material": stone,
-            });
+            let is_flat = solid.shape == Shape::HalfSpace;
+            let material = match is_flat {
+                true => {
+                    let normal = Placed::new(solid, snapshot.time).axes.y_axis;
+                    self.add_material(glb_look::of_plane(normal))
+                }
+                false => stone,
+            };
+            let primitive = self.add_mesh(&Mesh::of(&solid.shape), material)?;
             let name = format!("solid {number}");
-            self.solids.push(Scenery { number, name, primitive, ways: Vec::new() });
+            self.solids.push(Scenery { number, name, primitive, ways: Vec::new(), is_flat });
         }
         Ok(())
+    }
+
+    fn add_planes<R: Real>(&mut self, simulation: &Simulation<R>) -> io::Result<()> {
+        for plane in simulation.snapshot().planes {
+            let (normal, offset) = (plane.normal.to_f64(), plane.offset.to_f64());
+            let material = self.add_material(glb_look::of_plane(normal));
+            let primitive = self.add_mesh(&Mesh::square(), material)?;
+            self.planes.push(Flat { normal, offset, primitive });
+        }
+        Ok(())
+    }
+
+    /// Adds a mesh that keeps its form, as a primitive.
+    fn add_mesh(&mut self, mesh: &Mesh, material: usize) -> io::Result<Value> {
+        let attributes = json!({
+            "POSITION": self.add_vectors(&mesh.places)?,
+            "NORMAL": self.add_floats(mesh.normals.as_flattened(), "VEC3", 3)?,
+        });
+        let indices = self.add_indices(mesh.triangles.as_flattened())?;
+        Ok(json!({
+            "attributes": attributes, "indices": indices, "mode": TRIANGLES, "material": material,
+        }))
+    }
+
+    /// The middle of the particles at all moments, and how far a plane reaches around it, metres.
+    fn middle_and_reach(&self) -> (DVec3, f64) {
+        let [low, high] = self.bounds;
+        if !low.cmple(high).all() {
+            return (DVec3::ZERO, LEAST);
+        }
+        (0.5 * (low + high), (0.5 * REACH * (high - low).length()).max(LEAST))
     }
 
     fn add_view(&mut self, bytes: &[u8]) -> io::Result<usize> {
@@ -338,6 +410,7 @@ impl Glb {
         let is_moving = 1 < self.times.len() && !self.parts.is_empty();
         let animation = is_moving.then(|| self.animation()).transpose()?;
         let (mut meshes, mut nodes) = (Vec::new(), Vec::new());
+        let (middle, reach) = self.middle_and_reach();
         for (row, part) in self.parts.iter().enumerate() {
             let mut primitives = part.primitives.clone();
             let mut mesh = json!({ "name": part.name });
@@ -355,9 +428,18 @@ impl Glb {
             let mut node = json!({ "name": solid.name, "mesh": meshes.len() });
             if let Some((place, turn)) = solid.ways.first() {
                 (node["translation"], node["rotation"]) = (json!(place), json!(turn));
+                if solid.is_flat {
+                    let side = DVec3::from(place.map(f64::from)).distance(middle) + reach;
+                    node["scale"] = json!([side, 1.0, side]);
+                }
             }
             nodes.push(node);
             meshes.push(json!({ "name": solid.name, "primitives": [solid.primitive] }));
+        }
+        for (row, plane) in self.planes.iter().enumerate() {
+            let name = format!("plane {row}");
+            nodes.push(plane.node(&name, meshes.len(), (middle, reach)));
+            meshes.push(json!({ "name": name, "primitives": [plane.primitive] }));
         }
         let mut document = json!({
             "asset": { "version": "2.0", "generator": "msd" },
@@ -394,10 +476,13 @@ impl Follow for Glb {
                 solid.ways.push((placed.middle.as_vec3().to_array(), turn.to_array()));
             }
         });
+        let all = on!(runner, simulation => places(simulation));
+        for place in &all {
+            self.bounds = [self.bounds[0].min(*place), self.bounds[1].max(*place)];
+        }
         if is_first {
             return Ok(());
         }
-        let all = on!(runner, simulation => places(simulation));
         for row in 0..self.parts.len() {
             let part = &self.parts[row];
             let (now, normals) = part.cover.vertices(&all);

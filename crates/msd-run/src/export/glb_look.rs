@@ -7,6 +7,11 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Colour of a solid, sRGB, and its roughness.
 const STONE: ([f32; 3], f32) = ([0.68, 0.675, 0.66], 0.85);
+/// Colours of a floor and of other planes, in proportion to light: those of pictures.
+const FLOOR: [f32; 3] = [0.58, 0.575, 0.56];
+const WALL: [f32; 3] = [0.72, 0.71, 0.69];
+/// A plane whose normal has this part upwards is a floor.
+const LEVEL: f64 = 0.95;
 /// How much darker the second colour of a pattern is.
 const DARKER: f32 = 0.72;
 /// The radius of a rope that does not touch, as a part of its spacing.
@@ -22,15 +27,19 @@ fn linear(part: f32) -> f32 {
 
 fn material(name: &str, colour: [f32; 3], look: &Look, is_two_sided: bool) -> Value {
     let [red, green, blue] = colour.map(linear);
-    json!({
+    let mut material = json!({
         "name": name,
         "doubleSided": is_two_sided,
         "pbrMetallicRoughness": {
-            "baseColorFactor": [red, green, blue, 1.0],
+            "baseColorFactor": [red, green, blue, 1.0 - look.translucency],
             "metallicFactor": if look.metal { 1.0 } else { 0.0 },
             "roughnessFactor": look.roughness,
         },
-    })
+    });
+    if 0.0 < look.translucency {
+        material["alphaMode"] = "BLEND".into();
+    }
+    material
 }
 
 /// The colour of a body, sRGB: its own, or one by its kind and its place among the bodies.
@@ -54,6 +63,21 @@ pub fn of_back(body: &Body) -> Option<Value> {
 pub fn stone() -> Value {
     let look = Look { roughness: STONE.1, ..Look::default() };
     material("stone", STONE.0, &look, false)
+}
+
+/// The material of a plane with this normal. It is seen from its front alone, as a wall from behind
+/// would hide the scene.
+pub fn of_plane(normal: DVec3) -> Value {
+    let (name, [red, green, blue]) =
+        if LEVEL < normal.y { ("floor", FLOOR) } else { ("wall", WALL) };
+    json!({
+        "name": name,
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [red, green, blue, 1.0],
+            "metallicFactor": 0.0,
+            "roughnessFactor": 1.0,
+        },
+    })
 }
 
 /// The colours of the corners of a surface with a pattern, factors of that of its body; nothing
@@ -110,8 +134,9 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// The surface of a solid, as seen from its middle; none of one without an end.
-    pub fn of(shape: &Shape) -> Option<Self> {
+    /// The surface of a solid, as seen from its middle; of a half space a square of it with sides
+    /// of 2 m.
+    pub fn of(shape: &Shape) -> Self {
         let mut mesh = Mesh::default();
         match *shape {
             Shape::Sphere { radius } => {
@@ -139,9 +164,19 @@ impl Mesh {
                     mesh.triangles.push([a, b, c]);
                 }
             }
-            Shape::HalfSpace => return None,
+            Shape::HalfSpace => return Mesh::square(),
         }
-        Some(mesh)
+        mesh
+    }
+
+    /// A square that faces up, with sides of 2 m about its middle.
+    pub fn square() -> Self {
+        let mut mesh = Mesh::default();
+        for [x, z] in [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]] {
+            mesh.push(DVec3::new(x, 0.0, z), DVec3::Y);
+        }
+        mesh.triangles.extend([[0, 1, 2], [2, 1, 3]]);
+        mesh
     }
 
     /// A tube around a line of points, which it goes around with so many corners.

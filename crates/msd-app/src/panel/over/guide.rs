@@ -26,8 +26,8 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
             let (title, text, button) = match guide.text() {
                 Some(text) => (format!("{} of {count}", guide.done() + 1), text, "Skip the guide"),
                 None => {
-                    let text = "That is the trade: a longer step costs less and gets more wrong, \
-                                until it blows up. F1 lists what else there is.";
+                    let text = "That is the trade-off: a longer step is cheaper and less accurate, \
+                                until it blows up. Help (F1) lists the controls.";
                     ("Done".to_owned(), text, "Close the guide")
                 }
             };

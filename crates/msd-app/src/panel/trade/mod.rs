@@ -48,24 +48,31 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer, frame: egui::Frame) {
     }
     let panel = Panel::bottom("trade").resizable(false).exact_size(HEIGHT).frame(frame);
     panel.show(ui, |ui| {
-        ui.ctx().request_repaint_after(Duration::from_secs_f64(LOOK));
-        let report = viewer.session.study();
         let width = ui.available_width();
         let rest = width - 2.0 * SIDE - 24.0;
         if rest < DIAGRAM {
             // One below the other: side by side the last would be out of the window.
-            return column(ui, "trade", width, |ui| {
-                choices(ui, viewer, report.as_ref());
-                figure(ui, width, viewer, report.as_ref());
-                parts::show(ui, &mut viewer.session);
-            });
+            return column(ui, "trade", width, |ui| stacked(ui, viewer));
         }
+        ui.ctx().request_repaint_after(Duration::from_secs_f64(LOOK));
+        let report = viewer.session.study();
         ui.horizontal_top(|ui| {
             column(ui, "choices", SIDE, |ui| choices(ui, viewer, report.as_ref()));
             figure(ui, rest, viewer, report.as_ref());
             column(ui, "parts", SIDE, |ui| parts::show(ui, &mut viewer.session));
         });
     });
+}
+
+/// What the panel has, one below the other, while it is on.
+pub(super) fn stacked(ui: &mut Ui, viewer: &mut Viewer) {
+    if viewer.session.trade().is_on() {
+        ui.ctx().request_repaint_after(Duration::from_secs_f64(LOOK));
+        let report = viewer.session.study();
+        choices(ui, viewer, report.as_ref());
+        figure(ui, ui.available_width(), viewer, report.as_ref());
+        parts::show(ui, &mut viewer.session);
+    }
 }
 
 fn figure(ui: &mut Ui, width: f32, viewer: &Viewer, report: Option<&Report<Study>>) {

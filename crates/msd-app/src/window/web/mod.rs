@@ -35,9 +35,29 @@ fn show(viewer: Viewer) -> Result<(), Missing> {
     Ok(())
 }
 
+/// What the user did, in points of the page, and with all fingers on one screen.
+pub(super) fn adapted(mut raw: egui::RawInput, context: &egui::Context) -> egui::RawInput {
+    join_fingers(&mut raw);
+    fit_points(&mut raw, context);
+    raw
+}
+
+/// Makes points those of the page, whatever pixels the canvas has: where a browser pretends to
+/// another screen, the canvas keeps the pixels of the true one, and letters would be too large.
+fn fit_points(raw: &mut egui::RawInput, context: &egui::Context) {
+    let Some(canvas) = canvas() else { return };
+    let [width, height] = [canvas.client_width(), canvas.client_height()].map(|side| side as f32);
+    if 0.0 < width {
+        let size = egui::vec2(width, height) / context.zoom_factor();
+        raw.screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size));
+        let root = raw.viewports.entry(egui::ViewportId::ROOT).or_default();
+        root.native_pixels_per_point = Some(canvas.width() as f32 / width);
+    }
+}
+
 /// Makes all fingers those of one screen: winit gives each a device of its own, and fingers of
 /// several devices make no gesture.
-pub(super) fn join_fingers(raw: &mut egui::RawInput) {
+fn join_fingers(raw: &mut egui::RawInput) {
     for event in &mut raw.events {
         if let egui::Event::Touch { device_id, .. } = event {
             *device_id = egui::TouchDeviceId(0);

@@ -23,7 +23,8 @@ thread_local! {
 }
 
 /// Starts the window in the canvas of the page, with the scene that a link's `fragment` names,
-/// whose `rows` a worker has opened, and the `preferences` that the page has kept.
+/// whose `rows` a worker has opened, and the `preferences` that the page has kept; `by_touch` is
+/// whether fingers press what is there.
 ///
 /// # Errors
 /// Why there is no window, one line.
@@ -32,6 +33,7 @@ pub fn start(
     fragment: &str,
     rows: &[u8],
     preferences: Option<String>,
+    by_touch: bool,
     told: Function,
 ) -> Result<(), String> {
     console_log::init_with_level(log::Level::Warn).ok();
@@ -43,13 +45,15 @@ pub fn start(
     };
     let catalogue = Catalogue { open, ..catalogue() };
     let mut viewer = Viewer::of_loaded(&link_of(fragment)?, unpacked(rows)?, catalogue)?;
+    (viewer.in_page, viewer.by_touch) = (true, by_touch);
     // The guide is not offered by itself: the page names what there is to do.
     let kept = preferences.and_then(|text| Preferences::parse(&text).ok()).unwrap_or_default();
     viewer.set_preferences(Preferences { is_guided: true, ..kept });
     show(viewer).map_err(|what| what.to_string())
 }
 
-/// Does what a key would: `pause`, `restart`, `step`, `back`, `frame`, `pin`, `record`, `panels`.
+/// Does what a key would: `pause`, `restart`, `step`, `back`, `frame`, `pin`, `record`, `panels`,
+/// `guide`, `help`.
 #[wasm_bindgen]
 pub fn command(name: &str) -> Promise {
     let command = match name {
@@ -61,6 +65,8 @@ pub fn command(name: &str) -> Promise {
         "pin" => Some(Command::Pin),
         "record" => Some(Command::Record),
         "panels" => Some(Command::Panels),
+        "guide" => Some(Command::Guide),
+        "help" => Some(Command::Help),
         _ => None,
     };
     let name = name.to_owned();
@@ -177,9 +183,9 @@ pub(super) fn listen(window: EventLoopProxy<Arrival>) {
     WINDOW.set(Some(window));
 }
 
-/// Counts frames, and tells the page of each one and of each scene.
+/// Counts frames, and tells the page of each one, of each scene and of each pause.
 pub(super) fn watcher() -> Watcher {
-    let mut scene = String::new();
+    let (mut scene, mut is_paused) = (String::new(), false);
     Box::new(move |viewer, _, _| {
         FRAMES.set(FRAMES.get() + 1);
         // At each: what was drawn can be copied until this returns.
@@ -189,13 +195,17 @@ pub(super) fn watcher() -> Watcher {
             scene.clone_from(name);
             tell("scene", name);
         }
+        if viewer.session.is_paused() != is_paused {
+            is_paused = !is_paused;
+            tell("paused", if is_paused { "yes" } else { "" });
+        }
     })
 }
 
-/// Tells the page something. The kinds: `frame`, one was drawn; `scene`, this one is
-/// shown; `open`, this fragment is to be opened; `copy`, this text is for the clipboard; `refused`,
-/// why a link or file was not taken; `line`, something that the user should know; `preferences`,
-/// to be kept; `missing`, why there is no window any more.
+/// Tells the page something. The kinds: `frame`, one was drawn; `scene`, this one is shown;
+/// `paused`, whether it is, `yes` or nothing; `open`, this fragment is to be opened; `copy`, this
+/// text is for the clipboard; `refused`, why a link or file was not taken; `line`, something that
+/// the user should know; `preferences`, to be kept; `missing`, why there is no window any more.
 pub(crate) fn tell(kind: &str, text: &str) {
     let told = TOLD.with_borrow(Clone::clone);
     // The page would have to fail in its own code, and says so on the console.

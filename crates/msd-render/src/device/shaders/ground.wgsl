@@ -71,12 +71,18 @@ fn fs_front(in: Ground) -> @location(0) vec4f {
     let sun = sunlight(in.world, in.normal, in.clip.xy);
     let facing = max(dot(in.normal, globals.light.xyz), 0.0);
     let sky = select(1.0, skylight(in.world, in.clip.xy), is_floor);
-    let ambient = mix(GROUND_LIGHT, SKY_LIGHT, 0.5 + 0.5 * in.normal.y) * sky;
+    let above = mix(GROUND_LIGHT, SKY_LIGHT, 0.5 + 0.5 * in.normal.y);
     let to_eye = globals.eye.xyz - in.world;
     let away = length(to_eye);
     let sunny = facing * sun * (0.4 + 0.6 * sky);
     let fill = select(max(dot(in.normal, to_eye) / away, 0.0) * (1.0 - sunny), 0.0, is_floor);
-    let light = ambient + FILL_LIGHT * fill + SUN * sunny;
+    var light = above * sky + SUN * sunny;
+    if !FINE {
+        // As bright, in the colour of both together: less of the blue sky would make it brown.
+        let both = above + SUN * (facing * sun);
+        light = both * (light.g / both.g);
+    }
+    light += FILL_LIGHT * fill;
     // Air between the eye and the ground: it ends in the horizon.
     let haze = select(0.0, smoothstep(6.0, 45.0, away / globals.look.w), is_floor);
     let colour = mix(toned(albedo * light), HAZE, haze);

@@ -2,6 +2,8 @@
 @group(1) @binding(0) var shadow_map: texture_depth_2d;
 @group(1) @binding(1) var shadow_sampler: sampler_comparison;
 @group(1) @binding(2) var ground_map: texture_depth_2d;
+@group(1) @binding(3) var shade_map: texture_2d<f32>;
+@group(1) @binding(4) var shade_sampler: sampler;
 
 const SUN: vec3f = vec3f(1.20, 1.13, 1.01);
 const SKY_LIGHT: vec3f = vec3f(0.31, 0.34, 0.39);
@@ -72,32 +74,46 @@ fn sunlight(world: vec3f, normal: vec3f, pixel: vec2f) -> f32 {
     return select(1.0, 0.25 * sum, inside);
 }
 
+// What the map of shade has at a place, by a spline of second order: no texels show, and there is
+// no noise. Two samples of equal weight between texels are the three texels of an axis.
+fn shade(uv: vec2f) -> f32 {
+    let at = uv / globals.ground.y;
+    let middle = floor(at) + 0.5;
+    let left = middle - (0.5 - at + middle) * (0.5 - at + middle);
+    let right = middle + (0.5 + at - middle) * (0.5 + at - middle);
+    var sum = 0.0;
+    for (var i = 0; i < 4; i++) {
+        let place = select(left, right, vec2<bool>((i & 1) == 1, i > 1));
+        sum += textureSampleLevel(shade_map, shade_sampler, place * globals.ground.y, 0.0).r;
+    }
+    return 0.25 * sum;
+}
+
 // The share of the light of the sky that reaches a point of the ground, 0 to 1: what hovers close
 // above it takes most.
 fn skylight(world: vec3f, pixel: vec2f) -> f32 {
     let clip = globals.ground_projection * vec4f(world, 1.0);
     let uv = vec2f(0.5 + 0.5 * clip.x, 0.5 - 0.5 * clip.y);
     let inside = globals.light.w > 0.5 && all(abs(clip.xy) < vec2f(1.0));
+    if !FINE {
+        return 1.0 - 0.8 * select(0.0, shade(uv), inside);
+    }
     let size = globals.look.w;
     var taken = 0.0;
     let layers = select(0, 4, inside);
-    let taps = select(1, 5, FINE);
     let grain = dither(pixel);
     for (var layer = 0; layer < layers; layer++) {
-        // What is below this height, over a disc that grows with it. Where pictures are to be cheap
-        // it is one place, beside that of the other layers, and another height from pixel to
-        // pixel: neither the texels of a small map nor its layers show.
-        let share = (f32(layer + 1) + select(grain - 0.5, 0.0, FINE)) * 0.25;
+        // What is below this height, over a disc that grows with it.
+        let share = f32(layer + 1) * 0.25;
         let height = size * 0.9 * share * share;
         let depth = clamp(clip.z + height / globals.ground.z, 0.0, 0.9999);
         let radius = (0.03 + 0.45 * share * share) * size / globals.ground.x * globals.ground.y;
-        let beside = (vec2f(f32(layer & 1), f32(layer >> 1u)) - 0.5) * (1.6 * globals.ground.y);
         var here = 0.0;
-        for (var i = 0; i < taps; i++) {
-            let spread = select(beside, sunflower(f32(i), 5.0, 6.2831853 * grain) * radius, FINE);
+        for (var i = 0; i < 5; i++) {
+            let spread = sunflower(f32(i), 5.0, 6.2831853 * grain) * radius;
             here += 1.0 - textureSampleCompareLevel(ground_map, shadow_sampler, uv + spread, depth);
         }
-        taken += here / f32(taps * 4);
+        taken += here / 20.0;
     }
     return 1.0 - 0.8 * taken;
 }

@@ -1,4 +1,12 @@
-// What casts shadows, seen from the light. Only depth is written.
+// What casts shadows, seen from the light. For the sun only depth is written. Seen from below, what
+// is lowest also writes how much of the light of the sky it takes, by its height above the ground.
+@fragment
+fn fs_shade(@builtin(position) at: vec4f) -> @location(0) vec4f {
+    let ground = globals.light_projection * vec4f(0.0, globals.level.x, 0.0, 1.0);
+    let above = max(at.z - ground.z, 0.0) * globals.shadow.z / (0.3 * globals.look.w);
+    return vec4f(1.0 / (1.0 + above * above), 0.0, 0.0, 1.0);
+}
+
 @vertex
 fn vs_surface(@location(0) position: vec3f) -> @builtin(position) vec4f {
     return globals.light_projection * vec4f(position, 1.0);
