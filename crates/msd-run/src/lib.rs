@@ -10,6 +10,7 @@
 #![forbid(unsafe_code)]
 
 mod crossings;
+mod passages;
 mod automatic;
 mod runner;
 mod piercing;
@@ -28,6 +29,7 @@ pub use automatic::{Substeps, steps_between};
 pub use crossings::{crossings, steps_between_counts};
 pub use history::History;
 pub use overturned::{Cells, Overturned};
+pub use passages::WentThrough;
 pub use piercing::{Pierced, Piercing};
 pub use runner::{Moment, Runner, Touched};
 pub use trace::Trace;

@@ -1,0 +1,70 @@
+//! Bodies that go through each other are named, with the time.
+
+use msd_core::Integrator;
+use msd_run::Runner;
+use msd_scene::{Loaded, SceneFormat, parse};
+
+/// A sheet is pressed by a box through another one, which is pinned, in the plane y = 0. The box
+/// arrives there after 0.40074 s.
+const PRESSED: &str = "version = 1\n[solver]\nsubsteps = 8\n[world]\ngravity = [0, 0, 0]\n\
+    [[bodies]]\nname = 'bed'\nkind = 'cloth'\nsize = [3, 3]\nspacing = 1\n\
+    rotation = { axis = [1, 0, 0], angle_deg = 90 }\ntouch = { thickness = 0.01 }\n\
+    [[pins]]\nbody = 'bed'\nset = 'all'\n\
+    [[bodies]]\nname = 'ball'\nkind = 'cloth'\nsize = [2, 2]\nspacing = 0.1\n\
+    rotation = { axis = [1, 0, 0], angle_deg = 90 }\nposition = [0.3, 0.15, 0.2]\n\
+    touch = { thickness = 0.01 }\n\
+    [[world.solids]]\nkind = 'box'\nsize = [1, 1, 1]\nposition = [0.3, 0.70037, 0.2]\n\
+    velocity = [0, -0.5, 0]\n";
+const ARRIVAL: f64 = 0.20037 / 0.5;
+
+fn pressed() -> Loaded {
+    parse(PRESSED, SceneFormat::Toml, "pressed").expect("a scene")
+}
+
+fn run(runner: &mut Runner, steps: usize) {
+    (0..steps).for_each(|_| runner.step().expect("a step"));
+}
+
+/// Asserts that the ball went through the bed in a step around the arrival.
+fn went(runner: &Runner, what: &str) {
+    let [went] = &runner.went_through()[..] else {
+        panic!("{what}: {:?}", runner.went_through());
+    };
+    assert_eq!(went.to_string(), "ball went through bed", "{what}");
+    let step = runner.settings().step;
+    assert!((went.time - ARRIVAL).abs() <= step, "{what}: at {} s", went.time);
+    assert!(0 < runner.passes(), "{what}");
+}
+
+#[test]
+fn a_ball_that_is_pressed_through_a_bed_is_named_with_the_time() {
+    for integrator in Integrator::ALL.into_iter().filter(|method| method.lets_shells_meet()) {
+        let mut loaded = pressed();
+        loaded.settings.integrator = integrator;
+        let mut runner = Runner::open(&loaded).expect("a valid scene");
+        run(&mut runner, 23);
+        assert!(runner.went_through().is_empty() && runner.passes() == 0, "{integrator}");
+        run(&mut runner, 7);
+        went(&runner, integrator.name());
+    }
+}
+
+/// A step that is taken again keeps what was seen of the step before, and so does a run that returns.
+#[test]
+fn automatic_substeps_and_a_run_that_returns_name_it_too() {
+    let mut runner = Runner::open(&Loaded { automatic: true, ..pressed() }).expect("a valid scene");
+    run(&mut runner, 30);
+    went(&runner, "automatic substeps");
+    for steps in 22..30 {
+        let mut straight = Runner::open(&pressed()).expect("a valid scene");
+        run(&mut straight, steps);
+        let moment = straight.moment();
+        let mut resumed = Runner::open(&pressed()).expect("a valid scene");
+        resumed.go_back(&moment).expect("a state");
+        run(&mut straight, 30 - steps);
+        run(&mut resumed, 30 - steps);
+        went(&resumed, "resumed");
+        let [a, b] = [&straight, &resumed].map(|runner| (runner.passes(), runner.went_through()));
+        assert_eq!(a, b, "resumed after {steps} steps");
+    }
+}
