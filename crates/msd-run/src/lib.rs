@@ -10,7 +10,6 @@
 #![forbid(unsafe_code)]
 
 mod crossings;
-mod passages;
 mod automatic;
 mod runner;
 mod piercing;
@@ -26,10 +25,9 @@ pub mod kept;
 pub mod pace;
 
 pub use automatic::{Substeps, steps_between};
-pub use crossings::{crossings, steps_between_counts};
+pub use crossings::{WentThrough, crossings, steps_between_counts};
 pub use history::History;
 pub use overturned::{Cells, Overturned};
-pub use passages::WentThrough;
 pub use piercing::{Pierced, Piercing};
 pub use runner::{Moment, Runner, Touched};
 pub use trace::Trace;

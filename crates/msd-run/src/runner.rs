@@ -1,8 +1,7 @@
 //! Simulations whose precision is only known at run time.
 
 use crate::automatic::{Automatic, Cause, Substeps, divided, longest_automatic};
-use crate::crossings::crossings;
-use crate::passages::{WentThrough, went_through};
+use crate::crossings::{WentThrough, crossings, went_through};
 use msd_core::elements::Element;
 use msd_core::methods::Solved;
 use msd_core::obstacles::Obstacle;

@@ -306,8 +306,8 @@ fn what_is_chosen_in_pieces_is_what_is_chosen_at_once() {
     }
 }
 
-/// Two level sheets that fly at each other, by more than twenty times the sum of both thicknesses in
-/// a substep that is stable.
+/// Two level sheets that fly at each other, by more than twenty times the sum of both thicknesses
+/// in a substep that is stable.
 fn shot(method: &str) -> Loaded {
     let sheet = |y: f64, v: f64| {
         format!(

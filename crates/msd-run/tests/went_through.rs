@@ -6,15 +6,7 @@ use msd_scene::{Loaded, SceneFormat, parse};
 
 /// A sheet is pressed by a box through another one, which is pinned, in the plane y = 0. The box
 /// arrives there after 0.40074 s.
-const PRESSED: &str = "version = 1\n[solver]\nsubsteps = 8\n[world]\ngravity = [0, 0, 0]\n\
-    [[bodies]]\nname = 'bed'\nkind = 'cloth'\nsize = [3, 3]\nspacing = 1\n\
-    rotation = { axis = [1, 0, 0], angle_deg = 90 }\ntouch = { thickness = 0.01 }\n\
-    [[pins]]\nbody = 'bed'\nset = 'all'\n\
-    [[bodies]]\nname = 'ball'\nkind = 'cloth'\nsize = [2, 2]\nspacing = 0.1\n\
-    rotation = { axis = [1, 0, 0], angle_deg = 90 }\nposition = [0.3, 0.15, 0.2]\n\
-    touch = { thickness = 0.01 }\n\
-    [[world.solids]]\nkind = 'box'\nsize = [1, 1, 1]\nposition = [0.3, 0.70037, 0.2]\n\
-    velocity = [0, -0.5, 0]\n";
+const PRESSED: &str = include_str!("scenes/pressed.toml");
 const ARRIVAL: f64 = 0.20037 / 0.5;
 
 fn pressed() -> Loaded {

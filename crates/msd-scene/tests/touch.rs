@@ -137,8 +137,8 @@ fn a_body_that_starts_inside_another_is_told() {
 fn balls_that_overlap_are_pushed_away_unless_they_are_at_one_point() {
     let ball = |name: &str, x: f64| {
         format!(
-            "[[bodies]]\nname = '{name}'\nkind = 'explicit'\nparticles = [{{ position = [{x}, 0, 0] \
-             }}]\ntouch = {{ thickness = 0.1 }}\n"
+            "[[bodies]]\nname = '{name}'\nkind = 'explicit'\n\
+             particles = [{{ position = [{x}, 0, 0] }}]\ntouch = {{ thickness = 0.1 }}\n"
         )
     };
     let notes = |apart: f64| load(&[ball("a", 0.0), ball("b", apart)].concat()).notes;

@@ -9,7 +9,7 @@
 //! neither negative dissipation nor an error of the method.
 
 use crate::contact::Contacts;
-use crate::contact::shells::Passage;
+use crate::contact::shells::ShellPassage;
 use alloc::vec::Vec;
 
 /// Energy dissipated and energy driven in, joules.
@@ -29,7 +29,7 @@ pub struct Ledger {
     passes: u64,
     /// The shells that were seen to go through each other.
     #[cfg_attr(feature = "serde", serde(default))]
-    passages: Vec<Passage>,
+    passages: Vec<ShellPassage>,
 }
 
 impl Ledger {
@@ -62,12 +62,12 @@ impl Ledger {
 
     /// The first passage of each two shells that were seen to go through each other, in the order
     /// of time; at most sixteen.
-    pub fn passages(&self) -> &[Passage] {
+    pub fn passages(&self) -> &[ShellPassage] {
         &self.passages
     }
 
     /// Counts more of those.
-    pub(crate) fn note_passes(&mut self, passes: u64, seen: impl Iterator<Item = Passage>) {
+    pub(crate) fn note_passes(&mut self, passes: u64, seen: impl Iterator<Item = ShellPassage>) {
         self.passes += passes;
         seen.for_each(|passage| passage.add_to(&mut self.passages));
     }

@@ -4,7 +4,7 @@ use super::{ALL, G, crossings, cubes, run, shell, start};
 use msd_core::glam::{DVec3, dvec3};
 use msd_core::scene::Between;
 use msd_core::{
-    Instructions, Integrator, Particle, Passage, Pin, Real, Scene, Settings, Shape, Shell,
+    Instructions, Integrator, Particle, Pin, Real, Scene, Settings, Shape, Shell, ShellPassage,
     Simulation, Solid, Vector, World,
 };
 
@@ -226,7 +226,7 @@ fn what_is_pushed_through_is_counted() {
         run(&mut simulation, 0.3);
         let height = simulation.position(3).y;
         assert!(height < 0.0 && 0 < simulation.ledger().passes(), "{integrator}: at {height}");
-        let [Passage { particles: [0, 3], time }] = simulation.ledger().passages()[..] else {
+        let [ShellPassage { particles: [0, 3], time }] = simulation.ledger().passages()[..] else {
             panic!("{integrator}: {:?}", simulation.ledger().passages());
         };
         // The box is in the plane of the triangle after 0.4 s, and a substep is 2 ms long.

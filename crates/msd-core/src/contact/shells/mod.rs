@@ -31,6 +31,6 @@ mod rows;
 mod solve;
 
 pub(crate) use features::{At, Shells};
-pub use passage::Passage;
+pub use passage::ShellPassage;
 pub use row::RowImpulse;
 pub(crate) use rows::ShellRows;

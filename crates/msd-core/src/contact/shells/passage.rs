@@ -9,7 +9,7 @@ use alloc::vec::Vec;
 /// itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Passage {
+pub struct ShellPassage {
     /// The first particle of each of the two shells, in the order of the shells; the same twice for
     /// one that went through itself.
     pub particles: [usize; 2],
@@ -17,7 +17,7 @@ pub struct Passage {
     pub time: f64,
 }
 
-impl Passage {
+impl ShellPassage {
     /// That of both sides of a row; none of a row of an obstacle.
     fn of<R: Real>(row: &ContactRow<R>, shells: &Shells, time: f64) -> Option<Self> {
         if row.is_of_obstacle() {
@@ -25,12 +25,12 @@ impl Passage {
         }
         let [a, b] = [row.vertices[0], row.vertices[3]].map(|vertex| shells.shell_of(vertex));
         let particles = [a.min(b), a.max(b)].map(|shell| shells.first_particle(shell));
-        Some(Passage { particles, time })
+        Some(ShellPassage { particles, time })
     }
 
     /// Adds it to a list that has none of the same shells yet, and not too many.
-    pub(crate) fn add_to(self, passages: &mut Vec<Passage>) {
-        let is_known = |known: &Passage| known.particles == self.particles;
+    pub(crate) fn add_to(self, passages: &mut Vec<ShellPassage>) {
+        let is_known = |known: &ShellPassage| known.particles == self.particles;
         if passages.len() < MOST && !passages.iter().any(is_known) {
             passages.push(self);
         }
@@ -43,7 +43,7 @@ pub(super) struct Through {
     /// How many.
     pub(super) count: u64,
     /// Of which shells.
-    pub(super) passages: Vec<Passage>,
+    pub(super) passages: Vec<ShellPassage>,
 }
 
 impl Through {
@@ -51,7 +51,7 @@ impl Through {
     pub(super) fn look<R: Real>(&mut self, row: &ContactRow<R>, before: R::Vec3, at: &At<'_, R>) {
         if row.normal.dot(before) < R::of(TURNED_ABOUT) {
             self.count += 1;
-            if let Some(passage) = Passage::of(row, at.shells, at.time) {
+            if let Some(passage) = ShellPassage::of(row, at.shells, at.time) {
                 passage.add_to(&mut self.passages);
             }
         }

@@ -4,7 +4,7 @@ use super::features::At;
 use super::find::Finder;
 use super::lists::Candidates;
 use super::margins::Margins;
-use super::passage::{Passage, Through};
+use super::passage::{ShellPassage, Through};
 use super::patch::{Patch, gather, scatter};
 use super::row::{ContactRow, InSolve, RowImpulse, add_shares};
 use super::{Shells, sweep};
@@ -92,7 +92,7 @@ impl<R: Real> ShellRows<R> {
     }
 
     /// Takes the shells of those rows.
-    pub(crate) fn take_passages(&mut self) -> impl Iterator<Item = Passage> {
+    pub(crate) fn take_passages(&mut self) -> impl Iterator<Item = ShellPassage> {
         self.through.passages.drain(..)
     }
 
