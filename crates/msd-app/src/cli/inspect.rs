@@ -122,7 +122,8 @@ fn pulled_line([least, most]: [f64; 2], asked: Option<f64>) -> String {
 /// The lines about how a body meets others.
 fn touch_lines(touch: &Touching) -> Vec<String> {
     let Touching { thickness, friction, restitution, itself, obstacles, ignore, with } = touch;
-    let [thickness, friction, restitution] = [thickness, friction, restitution].map(|&it| number(it));
+    let [thickness, friction, restitution] =
+        [thickness, friction, restitution].map(|&it| number(it));
     let whom = if *itself { "itself and others" } else { "others" };
     let mut lines = vec![format!(
         "  meets {whom} at a thickness of {thickness} m, friction {friction}, restitution \
@@ -131,7 +132,8 @@ fn touch_lines(touch: &Touching) -> Vec<String> {
     lines.extend(obstacles.then(|| "  keeps its thickness from obstacles too".to_owned()));
     lines.extend(with.iter().map(|TouchingWith { body, friction, restitution }| {
         let own = [("friction", friction), ("restitution", restitution)];
-        let said = own.iter().filter_map(|(key, value)| Some(format!("{key} {}", number((**value)?))));
+        let said =
+            own.iter().filter_map(|(key, value)| Some(format!("{key} {}", number((**value)?))));
         format!("  meets {} with {}", tame(body), said.collect::<Vec<_>>().join(", "))
     }));
     let ignored: Vec<String> = ignore.iter().map(|body| tame(body).to_string()).collect();
