@@ -312,7 +312,8 @@ fn shot(method: &str) -> Loaded {
     let sheet = |y: f64, v: f64| {
         format!(
             "[[bodies]]\nkind = 'cloth'\nsize = [5, 5]\nspacing = 0.1\nmass = 0.01\n\
-             stiffness = 40\nposition = [0, {y}, 0]\nrotation = {{ axis = [1, 0, 0], angle_deg = 90 }}\nvelocity = [0, {v}, 0]\n\
+             stiffness = 40\nposition = [0, {y}, 0]\nvelocity = [0, {v}, 0]\n\
+             rotation = {{ axis = [1, 0, 0], angle_deg = 90 }}\n\
              touch = {{ thickness = 0.002, restitution = 0.2 }}\n"
         )
     };

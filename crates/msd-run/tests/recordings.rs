@@ -187,7 +187,7 @@ fn a_saved_run_is_no_recording_and_one_of_another_format_is_named() {
     assert_eq!(text(b"msd saved run, format 16\n"), "r: is a saved run, not a recording");
     assert_eq!(text(b"msd recording, format 16\n"), "r: is cut short");
     let error = read_recording(b"msd recording, format 17\n", "r").expect_err("a refusal");
-    assert!(matches!(error, FileError::Format { found: 16, known: 15, .. }));
+    assert!(matches!(error, FileError::Format { found: 17, known: 16, .. }));
 }
 
 #[test]

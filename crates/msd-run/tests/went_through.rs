@@ -41,10 +41,11 @@ fn a_ball_that_is_pressed_through_a_bed_is_named_with_the_time() {
     }
 }
 
-/// A step that is taken again keeps what was seen of the step before, and so does a run that returns.
+/// A step that is taken again keeps what was seen of the step before. So does a run that returns.
 #[test]
 fn automatic_substeps_and_a_run_that_returns_name_it_too() {
-    let mut runner = Runner::open(&Loaded { automatic: true, ..pressed() }).expect("a valid scene");
+    let loaded = Loaded { automatic: true, ..pressed() };
+    let mut runner = Runner::open(&loaded).expect("a valid scene");
     run(&mut runner, 30);
     went(&runner, "automatic substeps");
     for steps in 22..30 {
