@@ -233,7 +233,7 @@ fn touching_with(ui: &mut Ui, session: &mut Session) {
     let chosen = names.iter().find(|(body, _)| Some(*body) == chosen);
     ui.horizontal(|ui| {
         let label = super::left_label(ui, "With");
-        let text = chosen.map_or("one body", |(_, name)| name);
+        let text = chosen.map_or("choose a body", |(_, name)| name);
         let combo = ComboBox::from_id_salt("touching with").selected_text(text);
         let shown = combo.show_ui(ui, |ui| {
             for (body, name) in &names {
