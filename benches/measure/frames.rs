@@ -267,6 +267,6 @@ fn kept(simulation: &Simulation) -> Frames {
 fn moment(simulation: &Simulation) -> Moment {
     let state = AnyState::F32(simulation.state());
     let substeps = simulation.settings().substeps;
-    let (steps, ledger) = (simulation.steps(), simulation.ledger());
+    let (steps, ledger) = (simulation.steps(), simulation.ledger().clone());
     Moment { state, steps, ledger, substeps, impulses: Vec::new() }
 }

@@ -352,4 +352,27 @@ fn inspect_prints_what_a_body_amounts_to_and_refuses_what_is_no_scene() {
     let line = "meets itself and others at a thickness of 0.01 m, friction 0.5, restitution 0.25";
     assert!(told.contains(line), "{told}");
     is_near(&json(msd(path, &["inspect", "touch.toml"]))["bodies"][0]["touch"]["thickness"], 0.01);
+    let rope = |name: &str, touch: &str| {
+        format!("[[bodies]]\nname = '{name}'\nkind = 'rope'\nsize = [3]\ntouch = {{ {touch} }}\n")
+    };
+    let three = [
+        rope("a", "obstacles = true"),
+        rope("b", "ignore = ['a']"),
+        rope("c", "with = [{ body = 'a', friction = 0.75, restitution = 0.5 }]"),
+    ];
+    std::fs::write(path.join("three.toml"), format!("version = 1\n{}", three.concat())).unwrap();
+    let told = quiet(msd(path, &["inspect", "three.toml"]));
+    for line in [
+        "  meets itself and others at a thickness of 0.1 m, friction 0.5, restitution 0\n",
+        "  keeps its thickness from obstacles too\n",
+        "  meets c with friction 0.75, restitution 0.5\n  passes through b\n",
+    ] {
+        assert!(told.contains(line), "{told}");
+    }
+    let first = &json(msd(path, &["inspect", "three.toml"]))["bodies"][0]["touch"];
+    assert_eq!((&first["obstacles"], &first["ignore"][0]), (&true.into(), &"b".into()));
+    assert_eq!(
+        (&first["with"][0]["body"], &first["with"][0]["friction"]),
+        (&"c".into(), &0.75.into())
+    );
 }

@@ -156,6 +156,86 @@ fn a_run_whose_touches_were_set_is_that_of_the_scene_that_is_saved_of_it() {
     }
 }
 
+/// A scene of two ropes and a cloth, in a folder of its own; the cloth has a row for the first.
+fn three(folder: &std::path::Path) -> Viewer {
+    let text = "version = 1\n[[bodies]]\nname = 'a'\nkind = 'rope'\nsize = [4]\n\
+                touch = { friction = 0.25 }\n\
+                [[bodies]]\nname = 'b'\nkind = 'rope'\nsize = [4]\nposition = [0, 2, 0]\n\
+                touch = { friction = 1, restitution = 0.5 }\n\
+                [[bodies]]\nname = 'c'\nkind = 'cloth'\nsize = [3, 3]\nposition = [0, 4, 0]\n\
+                touch = { with = [{ body = 'a', friction = 0.125 }] }\n";
+    let path = folder.join("three.toml");
+    std::fs::write(&path, text).expect("a file");
+    let mut viewer = Viewer::new(open(&path).expect("a scene"), catalogue()).expect("a scene");
+    viewer.folder = folder.to_owned();
+    viewer
+}
+
+#[test]
+fn two_bodies_are_set_undone_and_saved() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut viewer = three(folder.path());
+    let session = &mut viewer.session;
+    assert!(session.touch_partners().is_empty(), "no body is selected");
+    session.select(Select::Body(0));
+    assert_eq!(session.touch_partners(), [1, 2]);
+    // The root of the product, and the larger one; then what the file says.
+    assert_eq!(session.touch_with(1), Some([0.5, 0.5]));
+    assert_eq!(session.touch_with(2), Some([0.125, 0.0]));
+    session.edit_touch(TouchEdit::FrictionWith(1, 0.75));
+    session.edit_touch(TouchEdit::RestitutionWith(1, 0.25));
+    session.edit_touch(TouchEdit::RestitutionWith(2, 0.375));
+    assert_eq!(session.undoes(), Some(Deed::Edit("restitution between two bodies")));
+    assert_eq!(session.refusal(), None);
+    assert_eq!(session.touch_with(1), Some([0.75, 0.25]));
+    // From the other side it is the same, and another edit leaves it.
+    session.select(Select::Body(1));
+    session.edit_touch(TouchEdit::Friction(0.5));
+    assert_eq!(session.touch_with(0), Some([0.75, 0.25]));
+    session.undo();
+    session.undo();
+    session.select(Select::Body(2));
+    assert_eq!(session.touch_with(0), Some([0.125, 0.0]), "undone");
+    session.redo();
+    session.select(Select::Body(2));
+    assert_eq!(session.touch_with(0), Some([0.125, 0.375]), "done again");
+    session.edit_touch(TouchEdit::FrictionWith(0, -1.0));
+    assert!(session.refusal().is_some_and(|why| why.contains("friction")));
+    assert_eq!(session.touch_with(0), Some([0.125, 0.375]), "what is refused changes nothing");
+    assert!(viewer.link().is_err_and(|why| why.contains("how bodies touch")));
+    viewer.command(Command::SaveScene);
+    let path = folder.path().join("three-1.toml");
+    let read = open(&path).unwrap_or_else(|_| panic!("{:?}", viewer.note));
+    assert_eq!(read.scene.shells, rows(&viewer.session));
+}
+
+#[test]
+fn two_bodies_have_sliders_once_the_other_one_is_chosen() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut viewer = three(folder.path());
+    viewer.session.select(Select::Body(0));
+    let builder = Harness::builder().with_size(Vec2::new(1280.0, 1100.0));
+    let mut harness = builder.build_ui_state(frame, viewer);
+    theme::apply(&harness.ctx);
+    harness.run_steps(3);
+    assert!(harness.query_by_role_and_label(Role::Slider, "Pair grip").is_none());
+    harness.get_by_role_and_label(Role::ComboBox, "With").click();
+    harness.run_steps(3);
+    harness.get_by_label("b").click();
+    harness.run_steps(3);
+    let slider = harness.get_by_role_and_label(Role::Slider, "Pair grip").rect();
+    let at = slider.left_center() + Vec2::new(12.0, 0.0);
+    harness.drag_at(at);
+    harness.run_steps(1);
+    harness.drop_at(at);
+    harness.run_steps(2);
+    let session = &harness.state().session;
+    let [friction, restitution] = session.touch_with(1).expect("they meet");
+    assert!(friction < 0.4 && restitution == 0.5, "{friction} {restitution}");
+    assert_eq!(session.undoes(), Some(Deed::Edit("friction between two bodies")));
+    assert!(harness.query_by_role_and_label(Role::Slider, "Pair bounce").is_some());
+}
+
 #[test]
 fn the_sliders_are_there_for_what_touches() {
     let viewer = Viewer::new(loaded("cloth"), catalogue()).expect("a valid scene");
@@ -225,6 +305,26 @@ fn what_may_have_passed_through_is_told_and_marked() {
     harness.state_mut().session.look_back(2);
     harness.run_steps(2);
     assert!(harness.query_by_label_contains("may have crossed").is_none());
+}
+
+#[test]
+fn a_body_that_goes_through_another_is_named_in_the_status_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("pressed.toml");
+    std::fs::write(&path, include_str!("../../msd-run/tests/scenes/pressed.toml")).expect("a file");
+    let viewer = Viewer::new(open(&path).expect("a scene"), catalogue()).expect("a valid scene");
+    let builder = Harness::builder().with_size(Vec2::new(1600.0, 800.0));
+    let mut harness = builder.build_ui_state(frame, viewer);
+    theme::apply(&harness.ctx);
+    (0..23).for_each(|_| harness.state_mut().session.step_forward());
+    harness.run_steps(2);
+    assert!(harness.query_by_label_contains("went through").is_none());
+    (0..7).for_each(|_| harness.state_mut().session.step_forward());
+    harness.run_steps(2);
+    assert!(harness.query_by_label("ball went through bed at 0.40 s").is_some());
+    harness.state_mut().session.restart();
+    harness.run_steps(2);
+    assert!(harness.query_by_label_contains("went through").is_none(), "a new run");
 }
 
 #[test]

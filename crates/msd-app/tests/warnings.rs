@@ -29,6 +29,24 @@ fn energy_that_the_integrator_adds_is_a_warning_and_a_field() {
 }
 
 #[test]
+fn a_body_that_goes_through_another_is_named_with_the_time() {
+    let folder = folder();
+    std::fs::write(
+        folder.path().join("pressed.toml"),
+        include_str!("../../msd-run/tests/scenes/pressed.toml"),
+    )
+    .unwrap();
+    let output = outcome(msd(folder.path(), &["run", "pressed.toml", "--json", "--duration", "1"]));
+    let (told, warned) = (parse(&text(&output.stdout)), text(&output.stderr));
+    assert!(warned.contains("ball went through bed at t = 40"), "{warned}");
+    let went = &told["touched"]["went_through"];
+    assert_eq!((&went[0]["body"], &went[0]["through"]), (&"ball".into(), &"bed".into()), "{told}");
+    // The box arrives in the plane of the bed after 0.40074 s, and a substep is 2 ms long.
+    assert!((went[0]["time"].as_f64().unwrap() - 0.40074).abs() < 5e-3, "{went}");
+    assert_eq!(went[1], Value::Null);
+}
+
+#[test]
 fn energy_of_bounces_that_dampers_dissipate_is_a_field() {
     let folder = folder();
     let run = ["run", "dice", "--substeps", "16", "--duration", "5", "--json"];

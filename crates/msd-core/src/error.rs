@@ -55,6 +55,17 @@ pub enum Error {
         /// The number that fits.
         limit: usize,
     },
+    /// A method that does not let the shells of a scene meet.
+    #[error(
+        "the method {method} cannot step a scene in which bodies touch: impacts would exceed its \
+         tolerance; take one of {able}, or let no bodies touch"
+    )]
+    Unable {
+        /// The method.
+        method: &'static str,
+        /// Those that do.
+        able: String,
+    },
     /// A name that is not in the list.
     #[error("unknown {what} '{name}'; it must be one of {expected}")]
     UnknownName {

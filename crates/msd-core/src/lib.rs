@@ -192,7 +192,7 @@ mod simulation;
 pub mod testing;
 
 pub use contact::Contacts;
-pub use contact::shells::RowImpulse;
+pub use contact::shells::{RowImpulse, ShellPassage};
 pub use elements::grabs::Grab;
 pub use energy::{Energy, Ledger, Moduli, Momentum};
 pub use error::{Divergence, Error};

@@ -289,7 +289,7 @@ fn a_return_takes_back_what_was_dissipated_since() {
     for steps in [10, 60, 600] {
         (0..steps).for_each(|_| simulation.step().unwrap());
         let (state, at) = (simulation.state(), simulation.steps());
-        let (ledger, before) = (simulation.ledger(), simulation.energy());
+        let (ledger, before) = (simulation.ledger().clone(), simulation.energy());
         (0..300).for_each(|_| simulation.step().unwrap());
         simulation.set_state(&state, at).unwrap();
         simulation.set_ledger(ledger);

@@ -1,9 +1,11 @@
-//! Crossings: triangles of shells that pass through each other.
+//! Crossings: triangles of shells that pass through each other, and bodies that did.
 
 use msd_core::glam::DVec3;
 use msd_core::scene::do_meet;
-use msd_core::{Real, Simulation, Vector};
+use msd_core::{Model, Real, ShellPassage, Simulation, Vector};
 use msd_scene::crossing::{Triangle, each_crossing};
+use serde::Serialize;
+use std::fmt;
 
 /// What counting costs for a triangle at most, in evaluations of a spring with all that a step does
 /// beside it: 12 to 88 in the built-in scenes where bodies meet.
@@ -40,4 +42,56 @@ pub fn steps_between_counts<R: Real>(simulation: &Simulation<R>, share: f64) -> 
     let triangles: usize = model.shells().iter().map(|shell| shell.triangles.len()).sum();
     let step = model.spring_count().max(1) as f64 * f64::from(simulation.settings().substeps);
     (COST * triangles as f64 / (share * step)).ceil().max(1.0) as u64
+}
+
+/// A body that was seen to go through another one or itself.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WentThrough {
+    /// The name of the body, with its number where several have that name.
+    pub body: String,
+    /// The name of the other one; its own name where it went through itself.
+    pub through: String,
+    /// When that was first seen, simulated seconds.
+    pub time: f64,
+}
+
+impl fmt::Display for WentThrough {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let WentThrough { body, through, .. } = self;
+        let through = if body == through { "itself" } else { through };
+        write!(f, "{body} went through {through}")
+    }
+}
+
+/// The bodies that were seen to go through each other since the start, each two once.
+pub(crate) fn went_through<R: Real>(simulation: &Simulation<R>) -> Vec<WentThrough> {
+    let model = simulation.model();
+    let named = |&ShellPassage { particles: [first, last], time }: &ShellPassage| {
+        // What is pinned stays. Otherwise a file has first what lies below.
+        let first_moves = !has_pins(model, first) && has_pins(model, last);
+        let [body, through] = if first_moves { [first, last] } else { [last, first] };
+        let [body, through] = [body, through].map(|particle| name(model, particle));
+        WentThrough { body, through, time }
+    };
+    simulation.ledger().passages().iter().map(named).collect()
+}
+
+/// The name of the body of a particle.
+fn name<R: Real>(model: &Model<R>, particle: usize) -> String {
+    let bodies = model.bodies();
+    let Some(number) = body_of(model, particle) else { return format!("particle {particle}") };
+    let name = &bodies[number].name;
+    match bodies.iter().filter(|body| body.name == *name).count() {
+        1 => name.clone(),
+        _ => format!("{name} (body {number})"),
+    }
+}
+
+fn has_pins<R: Real>(model: &Model<R>, particle: usize) -> bool {
+    let number = body_of(model, particle);
+    number.is_some_and(|at| model.bodies()[at].particles.clone().any(|at| model.is_pinned(at)))
+}
+
+fn body_of<R: Real>(model: &Model<R>, particle: usize) -> Option<usize> {
+    model.bodies().iter().position(|body| body.particles.contains(&particle))
 }

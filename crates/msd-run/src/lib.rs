@@ -25,7 +25,7 @@ pub mod kept;
 pub mod pace;
 
 pub use automatic::{Substeps, steps_between};
-pub use crossings::{crossings, steps_between_counts};
+pub use crossings::{WentThrough, crossings, steps_between_counts};
 pub use history::History;
 pub use overturned::{Cells, Overturned};
 pub use piercing::{Pierced, Piercing};

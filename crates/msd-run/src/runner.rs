@@ -1,7 +1,7 @@
 //! Simulations whose precision is only known at run time.
 
 use crate::automatic::{Automatic, Cause, Substeps, divided, longest_automatic};
-use crate::crossings::crossings;
+use crate::crossings::{WentThrough, crossings, went_through};
 use msd_core::elements::Element;
 use msd_core::methods::Solved;
 use msd_core::obstacles::Obstacle;
@@ -57,13 +57,15 @@ macro_rules! on {
 }
 
 /// Failures of contact between bodies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Touched {
     /// How often bodies may have crossed since the start; see
     /// [`Ledger::passes`](msd_core::Ledger::passes).
     pub passes: u64,
     /// Pairs of triangles that cross now, of surfaces that meet; see [`crossings`].
     pub crossings: u64,
+    /// The bodies that were seen to go through each other since the start.
+    pub went_through: Vec<WentThrough>,
 }
 
 impl Runner {
@@ -435,7 +437,7 @@ impl Runner {
 
     /// A copy of what can be returned to.
     pub fn moment(&self) -> Moment {
-        let ledger = on!(self, simulation => simulation.ledger());
+        let ledger = on!(self, simulation => simulation.ledger().clone());
         let substeps = self.settings().substeps;
         let impulses = on!(self, simulation => simulation.impulses());
         Moment { state: self.state(), steps: self.steps(), ledger, substeps, impulses }
@@ -447,7 +449,7 @@ impl Runner {
     /// See [`Simulation::set_state`].
     pub fn go_back(&mut self, moment: &Moment) -> Result<(), Error> {
         self.set_state(&moment.state, moment.steps)?;
-        on!(&mut *self, simulation => simulation.set_ledger(moment.ledger));
+        on!(&mut *self, simulation => simulation.set_ledger(moment.ledger.clone()));
         if self.is_automatic() && moment.substeps != self.settings().substeps {
             // As they were then, so that the same steps follow; the next renewal is due by itself.
             let settings = Settings { substeps: moment.substeps, ..self.settings() };
@@ -477,6 +479,7 @@ impl Runner {
             simulation.model().do_bodies_meet().then(|| Touched {
                 passes: simulation.ledger().passes(),
                 crossings: crossings(simulation),
+                went_through: went_through(simulation),
             })
         })
     }
@@ -484,6 +487,11 @@ impl Runner {
     /// How often shells may have crossed since the start.
     pub fn passes(&self) -> u64 {
         on!(self, simulation => simulation.ledger().passes())
+    }
+
+    /// The bodies that were seen to go through each other since the start, in the order of time.
+    pub fn went_through(&self) -> Vec<WentThrough> {
+        on!(self, simulation => went_through(simulation))
     }
 
     /// Steps taken.

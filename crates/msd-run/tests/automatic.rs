@@ -306,13 +306,14 @@ fn what_is_chosen_in_pieces_is_what_is_chosen_at_once() {
     }
 }
 
-/// Two level sheets that fly at each other, by more than twenty times the sum of both thicknesses in
-/// a substep that is stable.
+/// Two level sheets that fly at each other, by more than twenty times the sum of both thicknesses
+/// in a substep that is stable.
 fn shot(method: &str) -> Loaded {
     let sheet = |y: f64, v: f64| {
         format!(
             "[[bodies]]\nkind = 'cloth'\nsize = [5, 5]\nspacing = 0.1\nmass = 0.01\n\
-             stiffness = 40\nposition = [0, {y}, 0]\nrotation = {{ axis = [1, 0, 0], angle_deg = 90 }}\nvelocity = [0, {v}, 0]\n\
+             stiffness = 40\nposition = [0, {y}, 0]\nvelocity = [0, {v}, 0]\n\
+             rotation = {{ axis = [1, 0, 0], angle_deg = 90 }}\n\
              touch = {{ thickness = 0.002, restitution = 0.2 }}\n"
         )
     };

@@ -184,10 +184,10 @@ fn recorded_bytes() -> Vec<u8> {
 #[test]
 fn a_saved_run_is_no_recording_and_one_of_another_format_is_named() {
     let text = |bytes: &[u8]| read_recording(bytes, "r").expect_err("a refusal").to_string();
-    assert_eq!(text(b"msd saved run, format 15\n"), "r: is a saved run, not a recording");
-    assert_eq!(text(b"msd recording, format 15\n"), "r: is cut short");
-    let error = read_recording(b"msd recording, format 16\n", "r").expect_err("a refusal");
-    assert!(matches!(error, FileError::Format { found: 16, known: 15, .. }));
+    assert_eq!(text(b"msd saved run, format 16\n"), "r: is a saved run, not a recording");
+    assert_eq!(text(b"msd recording, format 16\n"), "r: is cut short");
+    let error = read_recording(b"msd recording, format 17\n", "r").expect_err("a refusal");
+    assert!(matches!(error, FileError::Format { found: 17, known: 16, .. }));
 }
 
 #[test]

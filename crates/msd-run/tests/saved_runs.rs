@@ -178,10 +178,10 @@ fn a_file_with_a_bit_changed_is_refused() {
 #[test]
 fn a_file_of_another_format_is_refused_by_name() {
     let bytes =
-        String::from_utf8_lossy(&bytes()).replacen("format 15", "format 16", 1).into_bytes();
+        String::from_utf8_lossy(&bytes()).replacen("format 16", "format 17", 1).into_bytes();
     let error = read_saved(&bytes, "s.msd").expect_err("a refusal");
-    assert!(matches!(error, FileError::Format { found: 16, known: 15, .. }), "{error}");
-    assert_eq!(error.to_string(), "s.msd: is a saved run of format 16; this msd reads format 15");
+    assert!(matches!(error, FileError::Format { found: 17, known: 16, .. }), "{error}");
+    assert_eq!(error.to_string(), "s.msd: is a saved run of format 17; this msd reads format 16");
 }
 
 #[test]

@@ -17,14 +17,14 @@ fn own(name: &str) -> Runner {
 /// Runs for so many seconds. After each step nothing has passed through anything; after each second
 /// the substep is below the largest stable one, and no energy was gained.
 fn run(name: &str, runner: &mut Runner, seconds: usize, mut look: impl FnMut(&Runner)) {
-    let nothing = Touched { passes: 0, crossings: 0 };
+    let nothing = Touched { passes: 0, crossings: 0, went_through: Vec::new() };
     let (mut witness, mut piercing) = (Witness::default(), Piercing::default());
     for second in 1..=seconds {
         for _ in 0..60 {
             runner.step().expect(name);
             runner.show_to(&mut witness);
             piercing.look(runner);
-            assert_eq!(runner.touched(), Some(nothing), "{name} at {} s", runner.time());
+            assert_eq!(runner.touched(), Some(nothing.clone()), "{name} at {} s", runner.time());
             look(runner);
         }
         assert_eq!(piercing.first(), None, "{name} after {second} s");

@@ -128,9 +128,27 @@ fn a_body_that_starts_inside_another_is_told() {
     // Beside it, where they overlap by less than half of 0.08 m and by more.
     let beside = |gap: f64| cubes([0.3 + gap, 0.0, 0.0], both, "");
     assert!(beside(0.041).is_empty());
-    let told = "b starts inside a with 16 of its 56 contact particles, up to about 0.041 m deep, \
-                and stays inside: move one of the two bodies";
+    let told = "b overlaps a with 16 of its 56 contact particles, up to about 0.041 m deep, and is \
+                pushed away where the two do not cross";
     assert_eq!(beside(0.039), [told]);
+}
+
+#[test]
+fn balls_that_overlap_are_pushed_away_unless_they_are_at_one_point() {
+    let ball = |name: &str, x: f64| {
+        format!(
+            "[[bodies]]\nname = '{name}'\nkind = 'explicit'\n\
+             particles = [{{ position = [{x}, 0, 0] }}]\ntouch = {{ thickness = 0.1 }}\n"
+        )
+    };
+    let notes = |apart: f64| load(&[ball("a", 0.0), ball("b", apart)].concat()).notes;
+    let told = "b overlaps a with 1 of its 1 contact particles, up to about 0.15 m deep, and is \
+                pushed away, to nine tenths of the distance that the two keep";
+    assert_eq!(notes(0.05), [told]);
+    let told = "b overlaps a with 1 of its 1 contact particles, up to about 0.2 m deep, and stays \
+                where two particles are at one point: move one of the two bodies";
+    assert_eq!(notes(0.0), [told]);
+    assert!(notes(0.15).is_empty());
 }
 
 #[test]

@@ -5,7 +5,7 @@ use super::failure::{Failure, say};
 use super::run::{SetKeys, open_scene, set_keys};
 use msd_core::{Settings, Simulation};
 use msd_scene::{Loaded, shown_path, tame};
-use msd_study::inspection::{Directions, Inspection, Touching, inspect};
+use msd_study::inspection::{Directions, Inspection, Touching, TouchingWith, inspect};
 use msd_study::quantity::{number, quantity, rounded};
 use serde::Serialize;
 
@@ -100,7 +100,7 @@ fn body_lines(body: &Inspection, asked: Option<f64>) -> Vec<String> {
         lines.push(format!("  slowest motions {} Hz{damping}", frequencies.join(", ")));
     }
     lines.extend(body.slowest_unknown.map(|why| format!("  its slowest motions {why}")));
-    lines.extend(body.touch.as_ref().map(touch_line));
+    lines.extend(body.touch.iter().flat_map(touch_lines));
     lines
 }
 
@@ -119,16 +119,26 @@ fn pulled_line([least, most]: [f64; 2], asked: Option<f64>) -> String {
     )
 }
 
-/// The line about how a body meets others.
-fn touch_line(touch: &Touching) -> String {
-    let &Touching { thickness, friction, restitution, itself } = touch;
-    let [thickness, friction] = [thickness, friction].map(number);
-    let bounces = match restitution {
-        0.0 => String::new(),
-        restitution => format!(", restitution {}", number(restitution)),
-    };
-    let whom = if itself { "itself and others" } else { "others" };
-    format!("  meets {whom} at a thickness of {thickness} m, friction {friction}{bounces}")
+/// The lines about how a body meets others.
+fn touch_lines(touch: &Touching) -> Vec<String> {
+    let Touching { thickness, friction, restitution, itself, obstacles, ignore, with } = touch;
+    let [thickness, friction, restitution] =
+        [thickness, friction, restitution].map(|&it| number(it));
+    let whom = if *itself { "itself and others" } else { "others" };
+    let mut lines = vec![format!(
+        "  meets {whom} at a thickness of {thickness} m, friction {friction}, restitution \
+         {restitution}"
+    )];
+    lines.extend(obstacles.then(|| "  keeps its thickness from obstacles too".to_owned()));
+    lines.extend(with.iter().map(|TouchingWith { body, friction, restitution }| {
+        let own = [("friction", friction), ("restitution", restitution)];
+        let said =
+            own.iter().filter_map(|(key, value)| Some(format!("{key} {}", number((**value)?))));
+        format!("  meets {} with {}", tame(body), said.collect::<Vec<_>>().join(", "))
+    }));
+    let ignored: Vec<String> = ignore.iter().map(|body| tame(body).to_string()).collect();
+    lines.extend((!ignored.is_empty()).then(|| format!("  passes through {}", ignored.join(", "))));
+    lines
 }
 
 /// The lines about moduli in a unit, along so many directions.

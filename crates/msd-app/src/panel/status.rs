@@ -81,6 +81,11 @@ fn passed(session: &Session) -> impl Iterator<Item = (String, &'static str)> {
                      find all contacts. Shorten the step";
         (text, hover)
     });
+    let went = session.runner().went_through().into_iter().map(|went| {
+        let hover = "In one place or more, since the start. Shorten the step, or use a larger \
+                     thickness";
+        (format!("{went} at {:.2} s", went.time), hover)
+    });
     let crossings = session.crossings().filter(|&crossings| 0 < crossings).map(|crossings| {
         let text = format!("{} of triangles cross", counted(crossings, "pair"));
         let hover = "Surfaces pass through each other, counted within the last second. Use more \
@@ -93,7 +98,7 @@ fn passed(session: &Session) -> impl Iterator<Item = (String, &'static str)> {
                      slower solid prevent that, or `springs = true` of a thin one in a scene file";
         (format!("{text} at {time:.2} s"), hover)
     });
-    passes.into_iter().chain(crossings).chain(pierced)
+    went.chain(passes).chain(crossings).chain(pierced)
 }
 
 /// What is wrong with the energy, if anything is, in what colour, and what to do.

@@ -32,7 +32,7 @@ pub use past::{Deed, Mark, MarkKind};
 pub use run::{Reading, Revision, Run};
 pub use solver::{MOST_SUBSTEPS, Solver, Tuning};
 pub use throttle::Throttle;
-pub use touches::{TouchEdit, TouchValues, shells_of};
+pub use touches::{PairValues, TouchEdit, TouchValues, pairs_of, shells_of};
 pub use trace::{Sample, Trace, WINDOW as TRACE_WINDOW};
 pub use trade::{
     FormerTerms, Report, STUDY_DURATION, STUDY_MANNERS, Search, StudyFrom, Trade, choice_of,

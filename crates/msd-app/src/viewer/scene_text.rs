@@ -1,6 +1,6 @@
 //! The text of a scene with the values that the user has set; what else its author wrote stays.
 
-use crate::session::Solver;
+use crate::session::{PairValues, Solver, pairs_of};
 use msd_core::{Body, Friction, Integrator, Look, Model, Real, Shell, Vector};
 use msd_run::{Runner, on};
 use msd_scene::Loaded;
@@ -8,7 +8,7 @@ use msd_scene::materials::Made;
 use msd_scene::schema::Finish;
 use msd_study::tune::put;
 use std::ops::Range;
-use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
 /// What a scene file says of a run: solver, world, and the material of each body where it is one
 /// value for all of the body.
@@ -189,7 +189,65 @@ fn write_touches(
             write_touch(&mut **body, shells)?;
         }
     }
+    let all = &loaded.scene.bodies;
+    let [was, now] = [was, now].map(|values| pairs_of(&values.shells, all));
+    for (pair, values) in now {
+        if was.get(&pair) != Some(&values) {
+            write_pair(bodies, (pair, values), all)?;
+        }
+    }
     Ok(())
+}
+
+/// Writes how two bodies meet: where one of them names the other, or else in the later one.
+fn write_pair(
+    bodies: &mut [&mut dyn TableLike],
+    ([first, last], values): ([usize; 2], PairValues),
+    all: &[Body],
+) -> Result<(), String> {
+    for [own, other] in [[first, last], [last, first]] {
+        let touch = bodies.get_mut(own).and_then(|body| body.get_mut("touch"));
+        let touch = touch.and_then(Item::as_table_like_mut);
+        let entries = rows(touch.and_then(|touch| touch.get_mut("with")));
+        let names = |entry: &&mut dyn TableLike| {
+            entry.get("body").and_then(Item::as_str) == Some(all[other].name.as_str())
+        };
+        if let Some(entry) = entries.into_iter().find(names) {
+            put_pair(entry, values);
+            return Ok(());
+        }
+    }
+    let name = &all[first].name;
+    if 1 < all.iter().filter(|body| body.name == *name).count() {
+        return Err(format!("two bodies are named \"{name}\": give each a `name` of its own"));
+    }
+    let body = bodies.get_mut(last).ok_or("its bodies are not written one by one")?;
+    let touch = body.get_mut("touch").and_then(Item::as_table_like_mut);
+    let touch = touch.ok_or("its touch is no table")?;
+    let empty = || toml_edit::value(Array::new());
+    match touch.entry("with").or_insert_with(empty) {
+        Item::ArrayOfTables(tables) => {
+            let mut entry = Table::new();
+            put(&mut entry, "body", name.into());
+            put_pair(&mut entry, values);
+            tables.push(entry);
+        }
+        with => {
+            let mut entry = InlineTable::new();
+            put(&mut entry, "body", name.into());
+            put_pair(&mut entry, values);
+            with.as_array_mut().ok_or("its with is no list")?.push(entry);
+        }
+    }
+    Ok(())
+}
+
+fn put_pair(entry: &mut dyn TableLike, PairValues { friction, restitution }: PairValues) {
+    for (key, value) in [("friction", friction), ("restitution", restitution)] {
+        if let Some(value) = value {
+            put(entry, key, shortest(value).into());
+        }
+    }
 }
 
 /// Writes how a body meets others now.

@@ -9,9 +9,11 @@
 //! neither negative dissipation nor an error of the method.
 
 use crate::contact::Contacts;
+use crate::contact::shells::ShellPassage;
+use alloc::vec::Vec;
 
 /// Energy dissipated and energy driven in, joules.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Ledger {
     /// Energy dissipated, less that driven in.
@@ -25,6 +27,9 @@ pub struct Ledger {
     /// How often shells may have crossed.
     #[cfg_attr(feature = "serde", serde(default))]
     passes: u64,
+    /// The shells that were seen to go through each other.
+    #[cfg_attr(feature = "serde", serde(default))]
+    passages: Vec<ShellPassage>,
 }
 
 impl Ledger {
@@ -55,9 +60,16 @@ impl Ledger {
         self.passes
     }
 
+    /// The first passage of each two shells that were seen to go through each other, in the order
+    /// of time; at most sixteen.
+    pub fn passages(&self) -> &[ShellPassage] {
+        &self.passages
+    }
+
     /// Counts more of those.
-    pub(crate) fn note_passes(&mut self, passes: u64) {
+    pub(crate) fn note_passes(&mut self, passes: u64, seen: impl Iterator<Item = ShellPassage>) {
         self.passes += passes;
+        seen.for_each(|passage| passage.add_to(&mut self.passages));
     }
 
     /// Books a step in which `counted` was dissipated and `given` driven in, joules.

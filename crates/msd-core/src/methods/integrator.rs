@@ -111,11 +111,8 @@ impl Integrator {
             return Ok(());
         }
         let able = Integrator::ALL.into_iter().filter(|other| other.lets_shells_meet());
-        Err(Error::UnknownName {
-            what: "integrator of a scene in which shells meet",
-            name: self.to_string(),
-            expected: able.map(Integrator::name).collect::<Vec<_>>().join(", "),
-        })
+        let able = able.map(Integrator::name).collect::<Vec<_>>().join(", ");
+        Err(Error::Unable { method: self.name(), able })
     }
 
     /// Whether it solves a linear system in each substep.

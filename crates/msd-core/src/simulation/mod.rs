@@ -214,7 +214,7 @@ impl<R: Real> Simulation<R> {
         self.model.pushes.0.clear();
         self.queue.clear();
         self.ledger.book(done.counted, done.given, done.contacts);
-        self.ledger.note_passes(done.passes + done.crossed);
+        self.ledger.note_passes(done.passes + done.crossed, self.rows.take_passages());
         self.steps += 1;
         Ok(true)
     }
@@ -414,8 +414,8 @@ impl<R: Real> Simulation<R> {
     }
 
     /// The ledger of the energy dissipated, to be put back with the state.
-    pub fn ledger(&self) -> Ledger {
-        self.ledger
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
     }
 
     /// Puts back the ledger that belongs to a state that was put back.

@@ -80,7 +80,7 @@ impl<R: Real> Simulation<R> {
             grabs: grabs.collect(),
             pushes: pushes.map(|&(particle, force)| (particle as usize, force.to_f64())).collect(),
             queue: self.queue.clone(),
-            ledger: self.ledger,
+            ledger: self.ledger.clone(),
             touched: self.touched,
             cut: (0..self.model.ends().len()).filter(|&row| self.model.is_cut(row)).collect(),
             removed: (0..self.model.particle_count())
@@ -126,7 +126,7 @@ impl<R: Real> Simulation<R> {
         for &interaction in &progress.queue {
             simulation.queue(interaction)?;
         }
-        simulation.ledger = progress.ledger;
+        simulation.ledger = progress.ledger.clone();
         simulation.touched = progress.touched;
         simulation.rows.set_impulses(&progress.impulses);
         (simulation.steps, simulation.epoch) = (progress.steps, progress.epoch);

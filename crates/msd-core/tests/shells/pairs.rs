@@ -3,8 +3,10 @@
 use super::{ALL, G, crossings, cubes, run, shell, start};
 use msd_core::glam::{DVec3, dvec3};
 use msd_core::scene::Between;
-use msd_core::{Instructions, Integrator, Particle, Pin, Real, Scene, Settings, Shell, Simulation};
-use msd_core::{Shape, Solid, Vector, World};
+use msd_core::{
+    Instructions, Integrator, Particle, Pin, Real, Scene, Settings, Shape, Shell, ShellPassage,
+    Simulation, Solid, Vector, World,
+};
 
 fn weightless() -> World {
     World { gravity: DVec3::ZERO, ..World::default() }
@@ -224,5 +226,10 @@ fn what_is_pushed_through_is_counted() {
         run(&mut simulation, 0.3);
         let height = simulation.position(3).y;
         assert!(height < 0.0 && 0 < simulation.ledger().passes(), "{integrator}: at {height}");
+        let [ShellPassage { particles: [0, 3], time }] = simulation.ledger().passages()[..] else {
+            panic!("{integrator}: {:?}", simulation.ledger().passages());
+        };
+        // The box is in the plane of the triangle after 0.4 s, and a substep is 2 ms long.
+        assert!((time - 0.4).abs() < 0.01, "{integrator}: at {time} s");
     }
 }

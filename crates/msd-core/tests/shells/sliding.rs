@@ -1,4 +1,4 @@
-//! What slides over flat triangles without friction: their edges do not hold it.
+//! Sliding over flat triangles without friction: their edges do not hold a body.
 
 use super::bodies::{Stuff, add_block, add_cloth};
 use super::{ALL, centre, run, shell, start};

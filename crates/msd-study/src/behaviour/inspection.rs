@@ -3,6 +3,7 @@
 use super::pulled::Pulled;
 use core::f64::consts::TAU;
 use msd_core::glam::DVec3;
+use msd_core::scene::Between;
 use msd_core::stability::Mode;
 use msd_core::{
     Bend, Body, Error, Moduli, Particle, Pin, Scene, Settings, Shell, Simulation, Spring, Volume,
@@ -54,7 +55,7 @@ pub struct Inspection {
 }
 
 /// How a body meets others.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Touching {
     /// Distance that it keeps on each side of its surface, metres.
     pub thickness: f64,
@@ -64,6 +65,23 @@ pub struct Touching {
     pub restitution: f64,
     /// Whether it meets itself.
     pub itself: bool,
+    /// Whether it keeps its thickness from obstacles too.
+    pub obstacles: bool,
+    /// The names of the bodies that it passes through although both meet others.
+    pub ignore: Vec<String>,
+    /// How it meets single bodies, in place of what follows from both.
+    pub with: Vec<TouchingWith>,
+}
+
+/// How a body meets another one, in place of what follows from both.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TouchingWith {
+    /// The name of the other body.
+    pub body: String,
+    /// Coulomb's factor of the two; `None` for the root of the product of theirs.
+    pub friction: Option<f64>,
+    /// Coefficient of restitution of the two; `None` for the larger one of theirs.
+    pub restitution: Option<f64>,
 }
 
 /// A slow motion of a body.
@@ -196,7 +214,7 @@ fn inspect_body(scene: &Scene, body: &Body, joints: Joints) -> Result<Inspection
         fastest: simulation.fastest_mode().stiffness.sqrt() / TAU,
         slowest,
         slowest_unknown,
-        touch: scene.shell_of(body).map(touching),
+        touch: touching(scene, body),
     })
 }
 
@@ -229,9 +247,28 @@ fn pulled(
     )
 }
 
-fn touching(shell: &Shell) -> Touching {
-    let &Shell { thickness, friction, restitution, itself, .. } = shell;
-    Touching { thickness, friction, restitution, itself }
+fn touching(scene: &Scene, body: &Body) -> Option<Touching> {
+    let own = scene.shells.iter().position(|shell| shell.is_of(body))?;
+    let name = |row: usize| {
+        let other = scene.bodies.iter().find(|body| scene.shells[row].is_of(body));
+        other.map_or_else(|| format!("shell {row}"), |other| other.name.clone())
+    };
+    // The later one of two has the row of both.
+    let of_pair = |other: usize| (&scene.shells[own.max(other)], own.min(other));
+    let others = || (0..scene.shells.len()).filter(|&other| other != own);
+    let ignored = others().filter(|&other| {
+        let (last, first) = of_pair(other);
+        last.ignored.contains(&first)
+    });
+    let with = others().filter_map(|other| {
+        let (last, first) = of_pair(other);
+        let &Between { friction, restitution, .. } =
+            last.between.iter().find(|between| between.shell == first)?;
+        Some(TouchingWith { body: name(other), friction, restitution })
+    });
+    let &Shell { thickness, friction, restitution, itself, obstacles, .. } = &scene.shells[own];
+    let (ignore, with) = (ignored.map(name).collect(), with.collect());
+    Some(Touching { thickness, friction, restitution, itself, obstacles, ignore, with })
 }
 
 /// The slowest motions of a body, or why they are not known.

@@ -9,7 +9,8 @@ use msd_core::methods::Solved;
 use msd_core::stability::Estimator;
 use msd_core::{Integrator, Settings, Witness};
 use msd_run::{
-    Cells, Overturned, Pierced, Piercing, Runner, on, steps_between, steps_between_counts,
+    Cells, Overturned, Pierced, Piercing, Runner, WentThrough, on, steps_between,
+    steps_between_counts,
 };
 use msd_study::quantity::{quantity, rounded};
 
@@ -43,6 +44,8 @@ pub struct Watch {
     is_handled: bool,
     /// How often shells may have crossed, before and since the start.
     passes: [u64; 2],
+    /// The bodies that were seen to go through each other since the start.
+    went_through: Vec<WentThrough>,
     /// The most pairs of triangles that were seen to cross at once.
     pub crossed: Option<Crossed>,
     /// After how many steps they are counted again.
@@ -78,6 +81,7 @@ impl Watch {
             substeps: 0,
             is_handled: on!(runner, simulation => simulation.is_handled()),
             passes: [runner.passes(), 0],
+            went_through: Vec::new(),
             crossed: None,
             every_count: on!(runner, simulation => steps_between_counts(simulation, COUNTS)),
             piercing: Piercing::default(),
@@ -121,6 +125,7 @@ impl Watch {
     pub fn count_crossings(&mut self, runner: &Runner) {
         if let Some(touched) = runner.touched() {
             self.crossed = Crossed::now(self.crossed, touched.crossings, runner.time());
+            self.went_through = touched.went_through;
         }
     }
 
@@ -222,6 +227,10 @@ impl Watch {
                     rounded(tolerance, 1)
                 )
             });
+        let went = self.went_through.iter().map(|went| {
+            let time = quantity(went.time, "s");
+            format!("{went} at t = {time}; shorten the step, or use a larger `touch.thickness`")
+        });
         let passed = (0 < self.passes[1]).then(|| {
             format!(
                 "possible crossings of bodies: {}{}; they went through each other, or were too \
@@ -239,7 +248,7 @@ impl Watch {
                 quantity(time, "s")
             )
         });
-        let through = passed.into_iter().chain(crossed).chain(pierced);
+        let through = went.chain(passed).chain(crossed).chain(pierced);
         moved
             .into_iter()
             .chain(squeezed)

@@ -19,7 +19,7 @@ const STIFFNESS: &str = "N/m";
 const PREFIXED: [&str; 4] = [STIFFNESS, "Pa", "s", "m"];
 
 /// What the sliders mean, by their names.
-const ABOUT: [(&str, &str); 17] = [
+const ABOUT: [(&str, &str); 19] = [
     ("Young", "Young's modulus: how stiff the material is"),
     ("Density", "Mass per volume, or per area of a sheet"),
     ("Loss", "Relaxation time: how long a strain takes to die out; 0 for no damping"),
@@ -28,6 +28,8 @@ const ABOUT: [(&str, &str); 17] = [
     ("Gap", "Distance that the surface keeps on each side: two bodies stop at the sum of theirs"),
     ("Grip", "Coulomb's coefficient of friction between bodies"),
     ("Bounce", "Restitution between bodies, 0 to 1; soft bodies bounce by their own springs"),
+    ("Pair grip", "Coulomb's coefficient of friction of these two bodies alone"),
+    ("Pair bounce", "Restitution of these two bodies alone"),
     ("Mass", "Mass of each particle"),
     ("Stiffness", "Force of a spring per length that it is stretched by"),
     ("Damping", "Force of a spring per speed at which it stretches"),
@@ -215,6 +217,43 @@ fn touching(ui: &mut Ui, session: &mut Session) {
     let edits = thickness.map(TouchEdit::Thickness).into_iter();
     let edits = edits.chain(friction.map(TouchEdit::Friction));
     edits.chain(restitution.map(TouchEdit::Restitution)).for_each(|edit| session.edit_touch(edit));
+    touching_with(ui, session);
+}
+
+/// Chooses a body that the selected one meets, and sets how the two meet.
+fn touching_with(ui: &mut Ui, session: &mut Session) {
+    let partners = session.touch_partners();
+    if partners.is_empty() {
+        return;
+    }
+    let bodies = &session.loaded().scene.bodies;
+    let names: Vec<_> = partners.iter().map(|&body| (body, bodies[body].name.clone())).collect();
+    let memory = ui.scope_id().with("touching with");
+    let chosen = ui.data(|data| data.get_temp::<usize>(memory));
+    let chosen = names.iter().find(|(body, _)| Some(*body) == chosen);
+    ui.horizontal(|ui| {
+        let label = super::left_label(ui, "With");
+        let text = chosen.map_or("choose a body", |(_, name)| name);
+        let combo = ComboBox::from_id_salt("touching with").selected_text(text);
+        let shown = combo.show_ui(ui, |ui| {
+            for (body, name) in &names {
+                let is_chosen = chosen.is_some_and(|(chosen, _)| chosen == body);
+                if super::listed(ui, is_chosen, name.as_str()).clicked() {
+                    ui.data_mut(|data| data.insert_temp(memory, *body));
+                }
+            }
+        });
+        let hover = "Sets friction and restitution of this body and one other";
+        shown.response.labelled_by(label.id).on_hover_text(hover);
+    });
+    let Some(&(other, _)) = chosen else { return };
+    let Some([friction, restitution]) = session.touch_with(other) else { return };
+    let number = |first: f64| MixedValue { first, mixed: false };
+    let (friction, _) = change(ui, ("Pair grip", ""), number(friction), 0.0..=2.0, 0.0);
+    let (restitution, _) = change(ui, ("Pair bounce", ""), number(restitution), 0.0..=1.0, 0.0);
+    let edits = friction.map(|friction| TouchEdit::FrictionWith(other, friction)).into_iter();
+    let edits = edits.chain(restitution.map(|now| TouchEdit::RestitutionWith(other, now)));
+    edits.for_each(|edit| session.edit_touch(edit));
 }
 
 /// Chooses a material by name, with its source; returns where that is.

@@ -3,10 +3,11 @@
 //! What holds is in the run alone.
 
 use crate::session::{Deed, MixedValue, Session};
-use msd_core::scene::Between;
-use msd_core::{Error, Select, Shell};
+use msd_core::scene::{Between, do_meet};
+use msd_core::{Body, Error, Select, Shell};
 use msd_run::{Runner, on};
 use msd_scene::default_shell;
+use std::collections::BTreeMap;
 
 /// A number of how the selected bodies touch each other and themselves, or whether they do.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +20,10 @@ pub enum TouchEdit {
     Friction(f64),
     /// Coefficient of restitution.
     Restitution(f64),
+    /// Coulomb's factor of a body and another one, in place of what follows from both.
+    FrictionWith(usize, f64),
+    /// Coefficient of restitution of a body and another one.
+    RestitutionWith(usize, f64),
 }
 
 impl TouchEdit {
@@ -29,17 +34,55 @@ impl TouchEdit {
             TouchEdit::Thickness(_) => "thickness of contact",
             TouchEdit::Friction(_) => "friction between bodies",
             TouchEdit::Restitution(_) => "restitution between bodies",
+            TouchEdit::FrictionWith(..) => "friction between two bodies",
+            TouchEdit::RestitutionWith(..) => "restitution between two bodies",
         }
     }
 
     fn apply(self, shell: &mut Shell, thickest: f64) {
         match self {
-            TouchEdit::On(_) => {}
+            TouchEdit::On(_) | TouchEdit::FrictionWith(..) | TouchEdit::RestitutionWith(..) => {}
             TouchEdit::Thickness(thickness) => shell.thickness = thickness.min(thickest),
             TouchEdit::Friction(friction) => shell.friction = friction,
             TouchEdit::Restitution(restitution) => shell.restitution = restitution,
         }
     }
+
+    /// Sets how one of the bodies meets another.
+    fn apply_to_pair(self, body: usize, pairs: &mut BTreeMap<[usize; 2], PairValues>) {
+        let pair = |other: usize| [body.min(other), body.max(other)];
+        match self {
+            TouchEdit::FrictionWith(other, friction) => {
+                pairs.entry(pair(other)).or_default().friction = Some(friction);
+            }
+            TouchEdit::RestitutionWith(other, restitution) => {
+                pairs.entry(pair(other)).or_default().restitution = Some(restitution);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// How two bodies meet, in place of what follows from both.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PairValues {
+    /// Coulomb's factor.
+    pub friction: Option<f64>,
+    /// Coefficient of restitution.
+    pub restitution: Option<f64>,
+}
+
+/// The values of each pair of bodies that has its own, by the numbers of the bodies, the lower one
+/// first.
+pub fn pairs_of(shells: &[Shell], bodies: &[Body]) -> BTreeMap<[usize; 2], PairValues> {
+    let body = |row: usize| bodies.iter().position(|body| shells[row].is_of(body));
+    let pairs = (0..shells.len()).flat_map(|row| {
+        shells[row].between.iter().filter_map(move |between| {
+            let &Between { shell, friction, restitution } = between;
+            Some(([body(shell)?, body(row)?], PairValues { friction, restitution }))
+        })
+    });
+    pairs.collect()
 }
 
 /// How the selected bodies touch: the numbers of those that do.
@@ -89,6 +132,28 @@ impl Session {
         let bodies = &self.loaded().scene.bodies;
         let row = |body| shells.iter().position(|shell| shell.is_of(body));
         bodies.iter().map(row).collect()
+    }
+
+    /// The bodies that the selected one meets; none where all are selected.
+    pub fn touch_partners(&self) -> Vec<usize> {
+        let shells = shells_of(self.runner());
+        let rows = self.rows_of(shells);
+        let Select::Body(body) = self.material().values().select else { return Vec::new() };
+        let Some(own) = rows.get(body).copied().flatten() else { return Vec::new() };
+        let meets = |row: usize| row != own && do_meet(shells, [own, row]);
+        (0..rows.len()).filter(|&other| rows[other].is_some_and(meets)).collect()
+    }
+
+    /// Friction and restitution of the selected body and one that it meets.
+    pub fn touch_with(&self, other: usize) -> Option<[f64; 2]> {
+        let Select::Body(body) = self.material().values().select else { return None };
+        let (shells, bodies) = (shells_of(self.runner()), &self.loaded().scene.bodies);
+        let rows = self.rows_of(shells);
+        let [a, b] = [&shells[rows[body]?], &shells[(*rows.get(other)?)?]];
+        let pairs = pairs_of(shells, bodies);
+        let own = pairs.get(&[body.min(other), body.max(other)]).copied().unwrap_or_default();
+        let friction = own.friction.unwrap_or_else(|| (a.friction * b.friction).sqrt());
+        Some([friction, own.restitution.unwrap_or(a.restitution.max(b.restitution))])
     }
 
     /// Whether bodies meet otherwise than as the scene was loaded.
@@ -159,12 +224,17 @@ impl Session {
             let Some(own) = place(row) else { continue };
             // Bodies keep their order, and so do their shells.
             edited[own].ignored.extend(shell.ignored.iter().filter_map(|&other| place(other)));
-            let between = shell.between.iter();
-            edited[own].between.extend(
-                between.filter_map(|between| {
-                    Some(Between { shell: place(between.shell)?, ..*between })
-                }),
-            );
+        }
+        // Those of bodies that touch hold as they are now, those of others as written.
+        let mut pairs = pairs_of(written, &scene.bodies);
+        pairs.retain(|pair, _| pair.iter().any(|&body| now[body].is_none()));
+        pairs.extend(pairs_of(shells, &scene.bodies));
+        let chosen = (0..now.len()).filter(|&body| is_chosen(select, body));
+        chosen.for_each(|body| edit.apply_to_pair(body, &mut pairs));
+        for ([first, last], PairValues { friction, restitution }) in pairs {
+            if let (Some(shell), Some(own)) = (of_bodies[first], of_bodies[last]) {
+                edited[own].between.push(Between { shell, friction, restitution });
+            }
         }
         Ok(edited)
     }

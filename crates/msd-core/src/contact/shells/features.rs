@@ -202,6 +202,11 @@ impl Shells {
         self.vertices[vertex as usize].shell as usize
     }
 
+    /// The first particle of a shell that has a feature.
+    pub(super) fn first_particle(&self, shell: usize) -> usize {
+        self.rows[shell].particles().next().unwrap_or(0)
+    }
+
     /// Whether any vertex of a feature is exempt from meeting one of another.
     pub(super) fn exempts(&self, own: &[u32], other: &[u32]) -> bool {
         let is_exempt = |a: u32, b: u32| self.exempt.binary_search(&[a, b]).is_ok();

@@ -20,6 +20,7 @@ mod features;
 mod clusters;
 mod distance;
 mod row;
+mod passage;
 mod margins;
 mod lists;
 mod patch;
@@ -30,5 +31,6 @@ mod rows;
 mod solve;
 
 pub(crate) use features::{At, Shells};
+pub use passage::ShellPassage;
 pub use row::RowImpulse;
 pub(crate) use rows::ShellRows;

@@ -50,6 +50,9 @@ pub struct RowImpulse {
     pub push: f64,
     /// Across the normal, newton seconds.
     pub rub: DVec3,
+    /// The normal, from its second side to the first, length one: once that has turned about, both
+    /// have gone through each other.
+    pub normal: DVec3,
 }
 
 /// Kinds of rows, in the highest bits of their keys.

@@ -4,6 +4,7 @@ use super::features::At;
 use super::find::Finder;
 use super::lists::Candidates;
 use super::margins::Margins;
+use super::passage::{ShellPassage, Through};
 use super::patch::{Patch, gather, scatter};
 use super::row::{ContactRow, InSolve, RowImpulse, add_shares};
 use super::{Shells, sweep};
@@ -32,8 +33,8 @@ pub(crate) struct ShellRows<R: Real> {
     keys: Vec<u64>,
     near: Vec<(u64, usize)>,
     are_held: Vec<bool>,
-    /// How many rows were seen whose sides have gone through each other.
-    crossed: u64,
+    /// The rows that were seen whose sides have gone through each other.
+    through: Through,
 }
 
 impl<R: Real> ShellRows<R> {
@@ -57,6 +58,7 @@ impl<R: Real> ShellRows<R> {
             key: row.key,
             push: row.push.to_f64(),
             rub: row.rub.to_f64(),
+            normal: row.normal.to_f64(),
         };
         impulses.extend(given.map(impulse));
     }
@@ -75,15 +77,23 @@ impl<R: Real> ShellRows<R> {
             key: impulse.key,
             push: R::of(impulse.push),
             rub: R::Vec3::of(impulse.rub),
+            normal: R::Vec3::of(impulse.normal),
             ..ContactRow::default()
         };
         self.rows.clear();
         self.rows.extend(impulses.iter().map(row));
+        // What was seen since is undone.
+        self.through = Through::default();
     }
 
     /// Takes the count of rows whose sides were seen to have gone through each other.
     pub(crate) fn take_crossed(&mut self) -> u64 {
-        core::mem::take(&mut self.crossed)
+        core::mem::take(&mut self.through.count)
+    }
+
+    /// Takes the shells of those rows.
+    pub(crate) fn take_passages(&mut self) -> impl Iterator<Item = ShellPassage> {
+        self.through.passages.drain(..)
     }
 
     /// Whether there are rows.
@@ -178,7 +188,7 @@ impl<R: Real> ShellRows<R> {
             while last.next_if(|before| before.key < row.key).is_some() {}
             if let Some(before) = last.next_if(|before| before.key == row.key) {
                 (row.push, row.parting) = (before.push, before.parting);
-                self.crossed += u64::from(row.normal.dot(before.normal) < R::of(TURNED_ABOUT));
+                self.through.look(row, before.normal, at);
                 row.rub = before.rub - row.normal * row.normal.dot(before.rub);
                 finder.turn(row);
             }
@@ -347,7 +357,7 @@ impl<R: Real> ShellRows<R> {
             let before = row.normal;
             finder.follow(row);
             // Two that went through each other have their normal turned about.
-            self.crossed += u64::from(row.normal.dot(before) < R::of(TURNED_ABOUT));
+            self.through.look(row, before, at);
         }
     }
 }
@@ -371,8 +381,5 @@ fn spread<S: Simd, R: Real>(
 
 /// More than the part by which particles get faster in a sweep.
 const SPARE: f64 = 1.1;
-/// The cosine of the angle from which on a normal is turned about: more than what slides round a
-/// corner turns by in a substep.
-const TURNED_ABOUT: f64 = -0.5;
 /// The largest margin of a row, in reaches: beyond it lists would be of no use.
 const MOST_MARGIN: f64 = 20.0;

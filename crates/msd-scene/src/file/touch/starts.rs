@@ -122,14 +122,15 @@ pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
     let mut is_free = vec![true; positions.len()];
     scene.pins.iter().for_each(|pin| is_free[pin.particle] = false);
     let linked = linked(scene);
-    // How deep a particle of a row is in another, metres; `None` where it is beside it.
-    let depth = |particle: usize, row: usize, reach: f64| {
+    // How a particle of a row overlaps another; `None` where it is beside it.
+    let overlap = |particle: usize, row: usize, reach: f64| {
         let may_push = |other: usize| is_free[particle] || is_free[rows[row].particles[other]];
         let place = positions[particle];
         let nearest = rows[row].places[trees[row].find(place, may_push)?];
         let is_inside = solids[row].as_ref().is_some_and(|inside| inside.contains(place));
         let gap = place.distance(nearest) * if is_inside { -1.0 } else { 1.0 };
-        (gap < (1.0 - OVERLAP) * reach).then_some(reach - gap)
+        let overlap = Overlap { depth: reach - gap, is_inside, is_at_one_point: place == nearest };
+        (gap < (1.0 - OVERLAP) * reach).then_some(overlap)
     };
     let mut notes = Vec::new();
     for pair @ [first, second] in pairs {
@@ -138,23 +139,47 @@ pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
         for [outer, inner] in [pair, [second, first]] {
             let particles = &rows[inner].particles;
             let loose = particles.iter().filter(|particle| !linked.contains(particle));
-            let found = loose.filter_map(|&particle| depth(particle, outer, reach));
-            let (count, deepest) =
-                found.fold((0, 0.0), |(count, most), depth| (count + 1, f64::max(most, depth)));
-            if CORNER * (particles.len() as f64) < f64::from(count) {
-                notes.push(format!(
-                    "{} starts inside {} with {count} of its {} contact particles, up to about {} \
-                     m deep, and stays inside: move one of the two bodies",
-                    rows[inner].name,
-                    rows[outer].name,
-                    particles.len(),
-                    told(deepest),
-                ));
+            let found = loose.filter_map(|&particle| overlap(particle, outer, reach));
+            let found: Vec<Overlap> = found.collect();
+            if CORNER * (particles.len() as f64) < found.len() as f64 {
+                notes.push(overlapping([&rows[inner], &rows[outer]], &found));
                 break;
             }
         }
     }
     notes
+}
+
+/// How a particle of a body overlaps another body.
+struct Overlap {
+    /// By how much it is closer than the two stop each other, metres.
+    depth: f64,
+    /// Whether it is inside a closed surface.
+    is_inside: bool,
+    /// Whether it is exactly where one of the other is, so that contact has no direction.
+    is_at_one_point: bool,
+}
+
+/// The line on a body of which particles overlap another one, and on what contact does then.
+fn overlapping([inner, outer]: [&Outside<'_>; 2], found: &[Overlap]) -> String {
+    let deepest = found.iter().map(|overlap| overlap.depth).fold(0.0, f64::max);
+    let (verb, outcome) = if found.iter().any(|overlap| overlap.is_inside) {
+        ("starts inside", "stays inside: move one of the two bodies")
+    } else if found.iter().any(|overlap| overlap.is_at_one_point) {
+        ("overlaps", "stays where two particles are at one point: move one of the two bodies")
+    } else if inner.has_triangles || outer.has_triangles {
+        ("overlaps", "is pushed away where the two do not cross")
+    } else {
+        ("overlaps", "is pushed away, to nine tenths of the distance that the two keep")
+    };
+    format!(
+        "{} {verb} {} with {} of its {} contact particles, up to about {} m deep, and {outcome}",
+        inner.name,
+        outer.name,
+        found.len(),
+        inner.particles.len(),
+        told(deepest),
+    )
 }
 
 /// The particles of a body that meet others.
@@ -164,6 +189,7 @@ struct Outside<'s> {
     radius: f64,
     name: &'s str,
     places: Vec<DVec3>,
+    has_triangles: bool,
     /// The triangles of its surface where that is closed, else none.
     closed: Vec<[u32; 3]>,
     /// The box around them and their thickness.
@@ -183,7 +209,8 @@ impl<'s> Outside<'s> {
         let body = scene.bodies.partition_point(|body| body.particles.end <= first);
         let Body { name, surface, .. } = &scene.bodies[body];
         let closed = if surface.two_sided { Vec::new() } else { surface.particles().collect() };
-        Outside { particles, radius, name, places, closed, low, high }
+        let has_triangles = !shell.triangles.is_empty();
+        Outside { particles, radius, name, places, has_triangles, closed, low, high }
     }
 
     fn meets(&self, other: &Outside<'_>) -> bool {
