@@ -7,8 +7,8 @@ mod common;
 use common::{Random, positions, simulation};
 use msd_core::glam::{DMat3, DVec3};
 use msd_core::{
-    Friction, Integrator, Material, Particle, Plane, Real, Scene, Settings, Simulation, Vector,
-    shape,
+    Friction, Integrator, KeyFrame, Material, Particle, Pin, Plane, Real, Scene, Settings, Shape,
+    Simulation, Solid, Spring, Vector, World, shape,
 };
 
 const BOTH: [Integrator; 2] = [Integrator::BackwardEuler, Integrator::ImplicitMidpoint];
@@ -288,6 +288,43 @@ fn what_lies_in_a_wedge_comes_to_rest() {
         for integrator in BOTH {
             let creep = creep::<f64>(&scene, integrator, 30.0);
             assert!(creep <= 10.0, "{integrator}: {creep}, {normal}");
+        }
+    }
+}
+
+/// A wall presses a spring together by key frames, and stays: the work of the wall is the energy of
+/// the spring, 2 J, at any substep, and nothing is lost.
+#[test]
+fn a_wall_that_speeds_up_and_slows_down_holds_what_it_presses() {
+    let particle = |x: f64| Particle { position: DVec3::X * x, velocity: DVec3::ZERO, mass: 0.01 };
+    let mut wall = Solid::new(Shape::Box { size: DVec3::splat(0.4) });
+    wall.position = DVec3::X * 1.2;
+    let there = KeyFrame { time: 1.0, position: DVec3::X * 1.1, axes: wall.axes };
+    wall.keys = vec![there];
+    let scene = Scene {
+        world: World { gravity: DVec3::ZERO, ..World::default() },
+        particles: vec![particle(0.0), particle(1.0)],
+        springs: vec![Spring { ends: [0, 1], rest_length: 1.0, stiffness: 400.0, damping: 0.0 }],
+        pins: vec![Pin { particle: 0, velocity: DVec3::ZERO }],
+        solids: vec![wall],
+        ..Scene::default()
+    };
+    for integrator in BOTH {
+        for substeps in [4, 32] {
+            let settings = Settings { integrator, substeps, ..Settings::default() };
+            let mut simulation = Simulation::<f64>::new(&scene, settings).expect("a valid scene");
+            for _ in 0..90 {
+                simulation.step().expect("a step");
+            }
+            // Backward Euler takes the force of the end of each substep: half of the way in one,
+            // 0.1 m in a second, times 40 N. What it damps of 0.15 m/s is of second order.
+            let first_order = integrator == Integrator::BackwardEuler;
+            let h = settings.substep();
+            let (late, damped) = if first_order { (6.0 * h, 1e-3 * h) } else { (1e-9, 1e-9) };
+            let (supplied, lost) = (simulation.energy().supplied, simulation.dissipated());
+            assert!((supplied - 2.0).abs() < late, "{integrator} {substeps}: {supplied} J");
+            assert!(lost.abs() < damped, "{integrator} {substeps}: {lost} J");
+            assert!((simulation.position(1).x - 0.9).abs() < 1e-12);
         }
     }
 }

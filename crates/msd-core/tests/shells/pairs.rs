@@ -152,7 +152,7 @@ fn shells_that_are_set_are_those_of_a_scene_that_has_them() {
     }
     let mut implicit = start::<f32>(&bare, Integrator::DormandPrince, 1);
     let refused = implicit.set_shells(&scene.shells).expect_err("its shells would meet");
-    assert!(refused.to_string().contains("shells meet"), "{refused}");
+    assert!(refused.to_string().contains("bodies touch"), "{refused}");
     assert!(implicit.model().shells().is_empty());
 }
 

@@ -385,8 +385,16 @@ impl<R: Real> Hold<R> {
         // Friction is along the surface, where the stage takes it; its way off is that of a chord.
         let there = obstacle.velocity(position + velocity * span.tau, span.stage);
         let surface = there + normal * normal.dot(surface - there);
+        let [stage, before, middle, after] =
+            [span.stage, span.start, 0.5 * (span.start + span.end), span.end]
+                .map(|time| obstacle.velocity(position, time).dot(normal));
+        // It is where its mean velocity takes it (Simpson), which is exact between key frames.
+        let lag = (before - stage) + (middle - stage) * R::of(4.0) + (after - stage);
+        let surface = surface + normal * (lag * R::of(1.0 / 6.0));
         let resting = resting_speed::<R>(normal, model.gravity(), span.h);
-        let resting = resting + rounding(velocity.extent() + surface.extent(), R::ZERO);
+        // Nor does what moves by less than its gap is rounded to.
+        let resting =
+            resting + near / span.h + rounding(velocity.extent() + surface.extent(), R::ZERO);
         let speed = (velocity - surface).dot(normal);
         let falls = speed + span.h * model.gravity().dot(normal).min(R::ZERO);
         let bend = if index < model.obstacles.planes.len() {
@@ -404,8 +412,6 @@ impl<R: Real> Hold<R> {
             bend
         };
         // What a surface presses does not leave it as that slows down.
-        let [before, after] =
-            [span.start, span.end].map(|time| obstacle.velocity(position, time).dot(normal));
         let bends = (bend.abs() + (after - before).abs()) * R::of(2.0);
         let law = obstacle.law();
         let lies = gap <= near && law.restitution == R::ZERO;
