@@ -172,6 +172,34 @@ impl<'a, R: Real> Finder<'a, R> {
         }
     }
 
+    /// The same of the plane of a face, or the lines of edges, in place of these.
+    fn sides_beyond(&self, key: u64) -> Sides<R> {
+        let shells = self.at.shells;
+        let [a, b] = features(key);
+        match key >> 62 {
+            FACE => {
+                let corners = shells.faces[b as usize].corners;
+                let [p, q, r] = self.seen(b, self.point(a));
+                let normal = (q - p).cross(r - p);
+                let per_area = R::ONE / normal.dot(normal).max(R::SHORTEST_SQUARED);
+                let [v, w] = [r.cross(p), p.cross(q)].map(|part| part.dot(normal) * per_area);
+                Sides::of_face(a, corners, [R::ONE - v - w, v, w])
+            }
+            EDGE => {
+                let [from, to] = shells.edges[b as usize].ends;
+                let [start, end] = [from, to].map(|end| self.point(end) - self.point(a));
+                let along = end - start;
+                let part = -start.dot(along) / along.dot(along).max(R::SHORTEST_SQUARED);
+                Sides::new([a, from, to], [R::ONE, part - R::ONE, -part])
+            }
+            EDGES => {
+                let edges = [a, b].map(|edge| shells.edges[edge as usize].ends);
+                Sides::of_edges(edges, self.parts(edges).unwrap_or([R::HALF; 2]))
+            }
+            _ => self.sides(key),
+        }
+    }
+
     /// Where the lines of two edges are nearest to each other, in parts of the edges; none where
     /// they are parallel.
     #[inline(always)]
@@ -272,13 +300,13 @@ impl<'a, R: Real> Finder<'a, R> {
     }
 
     /// Lets a row follow its features to where these are now; the same face takes the couple. One
-    /// that slid off them ends: their border would push it back or on.
+    /// that slid off them stays on what continues them: their border would push it back or on.
     pub(super) fn follow(&self, row: &mut ContactRow<R>) {
         let Some(mut new) = self.row(row.key, self.sides(row.key)) else { return };
         let is_off = |(new, old): (&R, &R)| *new == R::ZERO && *old != R::ZERO;
         if new.weights.iter().zip(&row.weights).any(is_off) {
-            (row.push, row.rub) = (R::ZERO, R::Vec3::ZERO);
-            return;
+            let Some(beyond) = self.row(row.key, self.sides_beyond(row.key)) else { return };
+            new = beyond;
         }
         if row.turns {
             self.turn_one(&mut new, core::iter::once(row.turning));
