@@ -37,8 +37,6 @@ const RIGHT: f32 = 292.0;
 /// Between two rows of a panel, height of a row, and over and under the words of a button,
 /// points.
 const TIGHT: (f32, f32, f32) = (3.0, 18.0, 1.0);
-/// Width of a slider in the right panel, points.
-const SLIDER: f32 = 96.0;
 /// Width of the names of sliders and choices, points.
 const COLUMN: f32 = 70.0;
 
@@ -176,12 +174,8 @@ fn scroll<T>(
 
 /// A label and a slider beside it; the name of both is the label, and `hover` explains both.
 fn slider(ui: &mut Ui, (label, hover): (&str, &str), slider: Slider<'_>) -> Response {
-    let room = ui.available_width();
     ui.horizontal(|ui| {
         left_label(ui, label).on_hover_text(hover);
-        // What the panel is wider than on a desktop, less what larger marks take.
-        let more = room - RIGHT;
-        ui.spacing_mut().slider_width = SLIDER + more.max(0.0);
         let response = slider.ui(ui).on_hover_text(hover);
         // Not by the label's id: the number beside the slider takes over only a name of its own.
         ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(label));

@@ -1,6 +1,6 @@
 //! The panels of a small screen, one at a time: below the view, or beside it where that is wide.
 
-use super::{energy, live_error, material, run, scenes, scroll, solver, status, theme};
+use super::{RIGHT, energy, live_error, material, run, scenes, scroll, solver, status, theme};
 use super::{timeline, trade, twin};
 use crate::viewer::Viewer;
 use egui::{Button, Frame, Panel, ScrollArea, Ui, Vec2, vec2};
@@ -54,7 +54,11 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer, frame: Frame) {
         tabs(ui, viewer);
         let (name, contents) = SHEETS[viewer.sheet];
         let area = ScrollArea::vertical().id_salt(name).auto_shrink([false, false]);
-        scroll(ui, area, |ui| contents(ui, viewer));
+        scroll(ui, area, |ui| {
+            // What it is wider than the panel of a desktop.
+            ui.spacing_mut().slider_width += (ui.available_width() - RIGHT).max(0.0);
+            contents(ui, viewer);
+        });
     });
 }
 

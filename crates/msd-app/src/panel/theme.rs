@@ -69,6 +69,7 @@ pub fn apply(ctx: &Context) {
         style.spacing.button_padding = vec2(8.0, 3.0);
         style.spacing.interact_size.y = POINTER;
         style.spacing.combo_width = 150.0;
+        style.spacing.slider_width = 96.0;
         // That there is more to see shows without the pointer over it.
         style.spacing.scroll.dormant_handle_opacity = 0.5;
         let font = |size| FontId::new(size, FontFamily::Proportional);
