@@ -293,7 +293,7 @@ fn what_lies_in_a_wedge_comes_to_rest() {
 }
 
 /// A wall presses a spring together by key frames, and stays: the work of the wall is the energy of
-/// the spring, 2 J, at any substep, and nothing is lost.
+/// the spring, 2 J, and nothing is lost.
 #[test]
 fn a_wall_that_speeds_up_and_slows_down_holds_what_it_presses() {
     let particle = |x: f64| Particle { position: DVec3::X * x, velocity: DVec3::ZERO, mass: 0.01 };

@@ -139,6 +139,12 @@ impl<R: Real> Extent<R> {
         Extent { low: pick(low, lower, R::min), high: pick(high, higher, R::max) }
     }
 
+    /// The box around it and the origin.
+    pub(crate) fn with_origin(mut self) -> Self {
+        self.add(R::Vec3::ZERO);
+        self
+    }
+
     /// The square of its diagonal.
     pub(crate) fn diagonal(self) -> R {
         let sides = self.high - self.low;

@@ -108,8 +108,7 @@ impl<R: Real> Candidates<R> {
     /// Whether no obstacle can be met in a substep in which particles come closer to it by at most
     /// a margin, metres, and have moved so much since the last look.
     fn is_clear(&self, at: &At<'_, R>, moved: Extent<R>, margin: R) -> bool {
-        let moved = moved.with(Extent::around(core::iter::once(R::Vec3::ZERO)));
-        let way = moved.diagonal().sqrt() + margin + R::of(at.shells.reach());
+        let way = moved.with_origin().diagonal().sqrt() + margin + R::of(at.shells.reach());
         at.obstacles.are_beyond(self.around, way)
     }
 

@@ -135,7 +135,7 @@ impl<R: Real> ShellRows<R> {
         let spare = R::of(SPARE * (1.0 + shells.most_restitution));
         let margin_of = |all: Extent<R>| all.diagonal().sqrt() * h * spare + least;
         // Two vertices, or one and an obstacle that stands still, come closer at most that fast.
-        let margin = margin_of(free.with(Extent::around(core::iter::once(R::Vec3::ZERO))));
+        let margin = margin_of(free.with_origin());
         core::mem::swap(&mut self.rows, &mut self.last);
         self.rows.clear();
         // In a run that diverges nothing is near anything.

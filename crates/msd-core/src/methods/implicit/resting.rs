@@ -384,15 +384,15 @@ impl<R: Real> Hold<R> {
         let surface = obstacle.velocity(position, span.stage);
         // Friction is along the surface, where the stage takes it; its way off is that of a chord.
         let there = obstacle.velocity(position + velocity * span.tau, span.stage);
+        let stage = surface.dot(normal);
         let surface = there + normal * normal.dot(surface - there);
-        let [stage, before, middle, after] =
-            [span.stage, span.start, 0.5 * (span.start + span.end), span.end]
-                .map(|time| obstacle.velocity(position, time).dot(normal));
+        let [before, middle, after] = [span.start, 0.5 * (span.start + span.end), span.end]
+            .map(|time| obstacle.velocity(position, time).dot(normal));
         // It is where its mean velocity takes it (Simpson), which is exact between key frames.
         let lag = (before - stage) + (middle - stage) * R::of(4.0) + (after - stage);
         let surface = surface + normal * (lag * R::of(1.0 / 6.0));
         let resting = resting_speed::<R>(normal, model.gravity(), span.h);
-        // Nor does what moves by less than its gap is rounded to.
+        // What moves by less than its gap is rounded to rests as well.
         let resting =
             resting + near / span.h + rounding(velocity.extent() + surface.extent(), R::ZERO);
         let speed = (velocity - surface).dot(normal);
