@@ -145,7 +145,8 @@ fn summary(name: &str, tuned: &Tuned, written: Option<&str>, asked_to_write: boo
         Goal::MaxError(error) => format!("an error of at most {}", estimate(*error, "m")),
         Goal::Budget(seconds) => format!("at most {} per frame", estimate(*seconds, "s")),
     };
-    let verdict = if *met { "use" } else { "no setting meets it; the nearest is" };
+    let nearest = || format!("{}; the nearest is", tuned.verdict());
+    let verdict = if *met { "use".into() } else { nearest() };
     let mut lines = vec![
         format!(
             "{name}, {}, {wish}: {verdict} {}",

@@ -251,10 +251,11 @@ fn make_watched(scene: &Scene, wish: Wish, watch: Watch<'_>) -> Result<Reference
         moved = at_least(distances(&states, &tighter), allowed);
         states = tighter;
     }
-    let perturbed = runs.states(&perturb(scene, PERTURBATION * size), tolerance)?;
+    let choice = exact(scene, tolerance)?;
+    let perturbed = runs.states_by(&perturb(scene, PERTURBATION * size), choice)?;
     let grown = distances(&states, &perturbed);
     let seconds = clock.seconds();
-    let substeps = match exact(scene, tolerance)?.fineness {
+    let substeps = match choice.fineness {
         Fineness::Substeps(substeps) => substeps,
         Fineness::Tolerance(_) => 0,
     };
@@ -283,8 +284,13 @@ impl Runs<'_> {
         Err(Halt::Refused(last))
     }
 
-    /// The states of one more run.
+    /// The states of one more run, of a tolerance.
     fn states(&mut self, scene: &Scene, tolerance: f64) -> Result<Vec<Sample>, Halt> {
+        self.states_by(scene, exact(scene, tolerance)?)
+    }
+
+    /// The states of one more run.
+    fn states_by(&mut self, scene: &Scene, choice: Choice) -> Result<Vec<Sample>, Halt> {
         self.run += 1;
         let (run, frames) = (self.run, self.frames);
         let end = frames.last().map_or(0.0, |&last| last as f64 * FRAME);
@@ -297,7 +303,7 @@ impl Runs<'_> {
             (self.watch)(Stage { run, time })
         };
         let see = &mut |state| states.push(Sample::of(state));
-        visit_frames(scene, (frames, tolerance), see, leave)?;
+        visit_frames(scene, (frames, choice), see, leave)?;
         Ok(states)
     }
 }
@@ -321,15 +327,14 @@ pub(crate) fn exact(scene: &Scene, tolerance: f64) -> Result<Choice, Error> {
     Ok(Choice { integrator, fineness, precision })
 }
 
-/// Shows the states at some frames of an exact run in double precision.
+/// Shows the states at some frames of a run in double precision.
 pub(crate) fn visit_frames(
     scene: &Scene,
-    (frames, tolerance): (&[u64], f64),
+    (frames, choice): (&[u64], Choice),
     see: &mut dyn FnMut(State<f64>),
     leave: Leave<'_>,
 ) -> Result<(), Halt> {
-    let settings = exact(scene, tolerance)?.settings();
-    let mut simulation = Simulation::<f64>::new(scene, settings)?;
+    let mut simulation = Simulation::<f64>::new(scene, choice.settings())?;
     for &frame in frames {
         while simulation.steps() < frame {
             ask(leave)?;

@@ -4,7 +4,7 @@ use crate::measure::cache;
 use crate::measure::clock::CpuClock;
 use crate::measure::errors::rms_between;
 use crate::measure::leave::{Halt, Leave};
-use crate::measure::reference::{Reference, visit_frames};
+use crate::measure::reference::{Reference, exact, visit_frames};
 use msd_core::glam::DVec3;
 use msd_core::{Scene, Surface};
 use serde::{Deserialize, Serialize};
@@ -83,7 +83,7 @@ pub(crate) fn track(
         samples.push(picked(&state.positions, points).collect());
     };
     let mut is_late = false;
-    let ran = visit_frames(scene, (frames, tolerance), &mut see, &mut || {
+    let ran = visit_frames(scene, (frames, exact(scene, tolerance)?), &mut see, &mut || {
         is_late = most < clock.seconds();
         !is_late && leave()
     });

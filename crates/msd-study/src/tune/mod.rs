@@ -80,6 +80,25 @@ pub struct Tuned {
     pub is_cut_short: bool,
 }
 
+impl Tuned {
+    /// Whether the best stayed within the error asked for, but the reference is too uncertain to
+    /// say that it meets it.
+    pub fn is_undecided(&self) -> bool {
+        matches!(self.goal, Goal::MaxError(error) if !self.met && self.best.trial.is_within(error))
+    }
+
+    /// Why nothing meets what was asked for, in words.
+    pub fn verdict(&self) -> &'static str {
+        match (self.is_undecided(), self.is_cut_short) {
+            (true, _) => {
+                "the reference is too uncertain to say what meets it; ask for a larger error"
+            }
+            (false, true) => "none was found in time",
+            (false, false) => "no setting meets it",
+        }
+    }
+}
+
 /// How much better than asked the search aims: what is left of the reference's own error must fit.
 const AIM: f64 = 0.8;
 /// A method is given up where another is as good at this part of its cost.
@@ -434,4 +453,40 @@ fn nothing_runs(scene: &Scene) -> Error {
         (0..60).try_for_each(|_| simulation.step())
     };
     run().err().unwrap_or(Error::Empty)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::errors::Errors;
+
+    #[test]
+    fn an_error_within_the_wish_is_not_called_too_large() {
+        let fineness = Fineness::Substeps(4);
+        let (integrator, precision) = (Integrator::Rk4, Precision::F64);
+        let trial = Trial {
+            choice: Choice { integrator, fineness, precision },
+            cost: 1e-3,
+            errors: Some(Errors { rms: 1e-3, ..Errors::default() }),
+            energies: Vec::new(),
+            gained: 0.0,
+            diverged: None,
+        };
+        let mut tuned = Tuned {
+            goal: Goal::MaxError(2e-3),
+            best: Found { trial, predicted_error: None },
+            others: Vec::new(),
+            met: false,
+            uncertainty: 1e-2,
+            duration: 1.0,
+            compared: 1.0 / 60.0,
+            horizon: None,
+            reference_tolerance: 1e-9,
+            tried: 1,
+            is_cut_short: false,
+        };
+        assert!(tuned.verdict().starts_with("the reference is too uncertain"));
+        tuned.goal = Goal::MaxError(5e-4);
+        assert_eq!(tuned.verdict(), "no setting meets it");
+    }
 }

@@ -94,9 +94,9 @@ enum Next {
 
 fn nearest_words(wish: &str, tuned: &Tuned) -> String {
     let Found { trial, .. } = &tuned.best;
-    let none = if tuned.is_cut_short { "none was found in time" } else { "no setting meets it" };
     format!(
-        "{wish}: {none}, nothing was changed; the nearest is {}: {} off, {} per frame; {} tried",
+        "{wish}: {}, nothing was changed; the nearest is {}: {} off, {} per frame; {} tried",
+        tuned.verdict(),
         trial.choice,
         estimate(trial.error(), "m"),
         estimate(trial.cost * FRAME, "s"),

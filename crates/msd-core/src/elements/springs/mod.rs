@@ -327,6 +327,11 @@ impl<R: Real> Element<R> for Springs<R> {
     }
 }
 
+/// A spring that pushes sideways more than so many times its stiffness, being crushed to less than
+/// an eleventh of its rest length, counts as one that pushes so much: the prediction sets what
+/// buckles aside, and where ends almost coincide the rounding of that would be all it sees.
+const CRUSHED: f64 = 10.0;
+
 impl<R: Real> Force<R> for Springs<R> {
     fn element(&self) -> Option<&dyn Element<R>> {
         Some(self)
@@ -366,7 +371,10 @@ impl<R: Real> Force<R> for Springs<R> {
     fn differentiate(&self, moment: &Moment<'_, R>, to: &mut Derivatives) {
         let springs = self.present();
         to.springs.clear();
-        to.springs.extend(springs.map(|(spring, _)| self.tangent(&moment.motion, spring)));
+        to.springs.extend(springs.map(|(spring, _)| {
+            let tangent = self.tangent(&moment.motion, spring);
+            Tangent { across: tangent.across.max(-CRUSHED * tangent.along), ..tangent }
+        }));
     }
 
     fn add_products(
