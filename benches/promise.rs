@@ -4,11 +4,12 @@
 //! best setting there is.
 //!
 //! `cargo bench --bench promise` takes some minutes; `-- --scenes N` takes N generated scenes
-//! instead of 200, and `-- --test` a few, to see that it runs.
+//! instead of 200, and `-- --test` a few, to see that it runs. Twenty more have two bodies that
+//! meet.
 
 use msd::scene::BUILTINS;
 use msd::study::choice::Choice;
-use xtask::promise::{Case, keep, random_scene};
+use xtask::promise::{Case, keep, random_scene, touching_scene};
 
 /// Errors asked for, as fractions of the size, in turn.
 const ASKED: [f64; 3] = [1e-2, 1e-3, 1e-4];
@@ -27,6 +28,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let scene = random_scene(seed as u64)?;
         let case = keep(&scene, 0.5, ASKED[seed % ASKED.len()])?;
         tell(&format!("generated {seed}"), &case);
+        cases.push(case);
+    }
+    for seed in 0..if brief { 2 } else { 20 } {
+        let case = keep(&touching_scene(seed)?, 0.4, ASKED[seed as usize % 2])?;
+        tell(&format!("touching {seed}"), &case);
         cases.push(case);
     }
     let builtins = BUILTINS.iter().filter(|builtin| !brief || builtin.name == "chain");

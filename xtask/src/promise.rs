@@ -3,6 +3,7 @@
 
 use msd_core::glam::{DQuat, DVec3};
 use msd_core::{Error, Friction, Material, Pin, Plane, Scene, shape};
+use msd_scene::{FileError, open_bytes};
 use msd_study::choice::{Choice, Fineness};
 use msd_study::ladder::ladders;
 use msd_study::reference::{Reference, Wish, frames_of, make_reference, size_of};
@@ -189,4 +190,46 @@ pub fn random_scene(seed: u64) -> Result<Scene, Error> {
         scene.pins = vec![Pin { particle: 0, velocity: DVec3::ZERO }];
     }
     Ok(scene)
+}
+
+/// Two bodies that meet, with friction: a jelly set on another or slid over a wider one, two that
+/// collide in flight, or one dropped on a cloth that hangs by its corners.
+///
+/// # Errors
+/// None that is known: every number is inside its domain.
+pub fn touching_scene(seed: u64) -> Result<Scene, FileError> {
+    let mut random = Pcg64::new(seed.into(), 11);
+    let mut between = |low: f64, high: f64| {
+        low + (high - low) * (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let [aside, gap, speed, softer] =
+        [(-0.01, 0.01), (0.002, 0.02), (0.3, 1.5), (2e4, 6e4)].map(|(a, b)| between(a, b));
+    let [slippery, rough] = [0.1, 0.4].map(|least| between(least, 2.0 * least));
+    let jelly = |size: [usize; 3], place: [f64; 3], speed: f64| {
+        format!(
+            "[[bodies]]\nkind = \"block\"\nsize = {size:?}\nspacing = 0.02\nyoung = {softer}\n\
+             density = 1000\nrelaxation_time = 0.001\nposition = {place:?}\n\
+             velocity = [{speed}, 0, 0]\ntouch = {{ friction = {rough} }}\n"
+        )
+    };
+    let cloth = format!(
+        "[[bodies]]\nname = \"cloth\"\nkind = \"cloth\"\nsize = [10, 10]\nspacing = 0.03\n\
+         area_density = 0.3\nyoung_warp = 60\nyoung_weft = 60\nshear = 20\nbending = 1e-4\n\
+         relaxation_time = 0.002\nposition = [0, 0.2, 0]\n\
+         rotation = {{ axis = [1, 0, 0], angle_deg = 90 }}\ntouch = {{ friction = {slippery} }}\n\
+         [[pins]]\nbody = \"cloth\"\nset = \"corners\"\n"
+    );
+    let floor = "[[world.planes]]\nfriction = 0.5\n";
+    let bodies = match seed % 4 {
+        0 => [jelly([4; 3], [0.0, 0.03, 0.0], 0.0), jelly([4; 3], [aside, 0.094 + gap, 0.0], 0.0)],
+        1 => [jelly([3; 3], [-0.1, 0.0, 0.0], speed), jelly([4; 3], [0.1, aside, 0.0], -speed)],
+        2 => [cloth, jelly([3; 3], [aside, 0.23 + gap, 0.0], 0.0)],
+        _ => {
+            let place = [aside, 0.046 + gap, 0.0];
+            [jelly([2, 6, 6], [0.0, 0.01, 0.0], 0.0), jelly([3; 3], place, 0.4 * speed)]
+        }
+    };
+    let floor = if seed % 4 == 1 { "" } else { floor };
+    let text = format!("version = 1\n{floor}{}", bodies.concat());
+    Ok(open_bytes("touching.toml", text.as_bytes())?.scene)
 }
