@@ -9,6 +9,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod quantity;
 mod crossings;
 mod automatic;
 mod runner;
