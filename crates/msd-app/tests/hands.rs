@@ -297,7 +297,7 @@ fn gusts_void_no_reading_that_they_leave_true() {
         assert_ne!(force(&session), before);
         assert!(session.stability().is_some() && session.energy().is_some());
         // Gusts do work, so the balance says nothing of the method.
-        assert_eq!((session.energy_gain(), session.energy_imbalance()), (None, Some(0.0)));
+        assert_eq!((session.findings(), session.energy_imbalance()), (Vec::new(), Some(0.0)));
     }
     session.edit(MaterialEdit::Gravity(3.0));
     assert_eq!(session.stability(), None);

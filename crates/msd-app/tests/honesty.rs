@@ -8,8 +8,8 @@ use frames::{FRAME, loaded, run};
 use msd_app::session::{ErrorNow, MaterialEdit, Session, Tuning, Wind};
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator, Material, Real, Scene, Settings, Vector, shape};
-use msd_run::on;
 use msd_run::rescue::{Offer, Origin, Remedy};
+use msd_run::{Finding, on};
 use msd_scene::{Loaded, Precision};
 use msd_study::choice::{Choice, Fineness};
 
@@ -19,7 +19,8 @@ fn check(session: &Session, what: &str) {
     // Nothing is known yet of what comes after the change.
     assert!(matches!(session.energy_imbalance(), None | Some(0.0)), "{what}");
     assert!(matches!(session.energy_of_contact(), None | Some(0.0)), "{what}");
-    assert_eq!((session.energy_gain(), session.pace()), (None, None), "{what}");
+    let is_of_now = |found: &Finding| found.since == session.runner().time();
+    assert!(session.findings().iter().all(is_of_now) && session.pace().is_none(), "{what}");
 }
 
 fn check_readings(session: &Session, what: &str) {

@@ -1,8 +1,11 @@
-//! Warnings and results of `msd run`: energy that an integrator adds, and what a solve leaves.
+//! Warnings and results of `msd run`: energy that an integrator adds, and what a solve leaves. And
+//! findings of each kind, which the window has in the same words.
 
 mod common;
 
 use common::{folder, msd, outcome, parse, text};
+use msd_app::session::Session;
+use msd_run::Finding;
 use serde_json::Value;
 
 const SPRING: &str = "version = 1\n[world]\ngravity = [0, 0, 0]\n[[bodies]]\nkind = \"rope\"\n\
@@ -133,4 +136,115 @@ fn a_scene_far_away_runs_in_f64_unless_told_otherwise_and_then_warns_of_lost_dig
     assert_eq!((&*precision, warned), ("f32", true));
     let (precision, warned, notes) = ran(&["near.toml"]);
     assert_eq!((&*precision, warned, &*notes), ("f32", false, "[]"));
+}
+
+#[test]
+fn each_key_of_the_report_is_documented() {
+    let told = parse(&text(&outcome(msd(folder().path(), &["run", "cube", "--json"])).stdout));
+    let page = include_str!("../../../docs/using.md");
+    let table = page.split("## The JSON report").nth(1).expect("a table");
+    for key in told.as_object().expect("an object").keys() {
+        let is_named = |row: &str| row.split(" | ").next().unwrap().contains(&format!("`{key}`"));
+        assert!(table.lines().any(is_named), "{key}");
+    }
+}
+
+const FLOOR: &str = "[[world.planes]]\nnormal = [0, 1, 0]\noffset = 0\n";
+const STILL: &str = "[world]\ngravity = [0, 0, 0]\n";
+const ROPE: &str = "[[bodies]]\nkind = \"rope\"\ndamping = 0\n";
+const HUNG: &str = "[[pins]]\nbody = 0\nparticle = 0\n";
+
+/// For each kind of finding a scene in which `msd run` and the window find it, and how many steps
+/// it takes.
+fn cases() -> Vec<(&'static str, u32, String)> {
+    let solver = |keys: &str| format!("version = 1\n[solver]\n{keys}\n");
+    let sheet = "[[bodies]]\nkind = \"cloth\"\nsize = [3, 3]\ntouch = {}\n";
+    let across = "position = [0.3, 0, 0.2]\nrotation = { axis = [1, 0, 0], angle_deg = 90 }\n";
+    let held = "[[pins]]\nbody = 0\nset = \"all\"\n[[pins]]\nbody = 1\nset = \"all\"\n";
+    let bounce = "restitution = 0.8\n[[bodies]]\nkind = \"cloth\"\nsize = [10, 10]\n\
+                  spacing = 0.1\nmass = 0.01\nposition = [0, 1, 0]\nvelocity = [1, -5, 0]\n\
+                  spin = [3, 0, 2]\nstiffness = 100\ndamping = 0\n";
+    let press = "[[world.solids]]\nkind = \"box\"\nsize = [4, 1, 4]\nposition = [0, 1, 0]\n\
+                 velocity = [0, -1, 0]\n[[bodies]]\nkind = \"block\"\nsize = [3, 3, 3]\n\
+                 spacing = 0.1\nstiffness = 100\nposition = [0, 0.2, 0]\n";
+    let shot = "[[world.solids]]\nkind = \"sphere\"\nradius = 0.1\nposition = [0, 0, -1]\n\
+                velocity = [0, 0, 30]\n[[bodies]]\nkind = \"cloth\"\nsize = [21, 21]\n\
+                spacing = 0.05\nmass = 0.002\nstiffness = 60\ndamping = 0.02\n[[pins]]\n\
+                set = \"top\"\n";
+    let far = "[[bodies]]\nkind = \"block\"\nsize = [3, 3, 3]\nspacing = 0.5\n\
+               stiffness = 1000\nposition = [1e5, 0, 0]\n";
+    let pressed = include_str!("../../msd-run/tests/scenes/pressed.toml");
+    let by = |method: &str| solver(&format!("integrator = \"{method}\"\nsubsteps = 1"));
+    vec![
+        (
+            "stability-limit",
+            3,
+            by("velocity-verlet") + STILL + ROPE + "size = [2]\nstiffness = 1e6\n",
+        ),
+        (
+            "energy-added",
+            180,
+            by("explicit-euler") + STILL + ROPE + "size = [2]\nstiffness = 50\nspin = [0, 0, 1]\n",
+        ),
+        (
+            "energy-risen",
+            90,
+            by("explicit-euler") + STILL + ROPE + "size = [2]\nstiffness = 50\nspin = [0, 0, 1]\n",
+        ),
+        ("energy-lost", 180, "version = 1\n".to_owned() + FLOOR + bounce),
+        (
+            "damped",
+            60,
+            by("backward-euler")
+                + STILL
+                + ROPE
+                + "size = [12]\nspin = [0, 0, 20]\nstiffness = 1e4\n",
+        ),
+        ("too-soft", 60, by("xpbd") + ROPE + "size = [12]\nstiffness = 1e5\n" + HUNG),
+        ("squeezed", 90, "version = 1\n".to_owned() + FLOOR + press),
+        ("inside-out", 90, "version = 1\n".to_owned() + FLOOR + press),
+        (
+            "poor-solves",
+            30,
+            by("implicit-midpoint") + ROPE + "size = [60]\nstiffness = 1e12\n" + HUNG,
+        ),
+        ("went-through", 30, pressed.to_owned()),
+        ("possible-crossings", 30, pressed.to_owned()),
+        ("crossing-triangles", 30, format!("version = 1\n{STILL}{sheet}{sheet}{across}{held}")),
+        ("pierced", 18, solver("substeps = 128") + shot),
+        ("lost-digits", 6, solver("precision = \"f32\"") + far),
+    ]
+}
+
+#[test]
+fn a_finding_of_each_kind_has_the_same_sentence_in_msd_run_and_in_the_window() {
+    for (kind, steps, scene) in cases() {
+        let folder = folder();
+        let path = folder.path().join("case.toml");
+        std::fs::write(&path, scene).expect("a file");
+        let duration = f64::from(steps) / 60.0;
+        let run = ["run", "case.toml", "--json", "--duration", &duration.to_string()];
+        let output = outcome(msd(folder.path(), &run));
+        let told = parse(&text(&output.stdout));
+        let named = told["findings"].as_array().expect("a list").iter();
+        let named = named.filter(|found| found["kind"] == kind);
+        let by_run: Vec<&str> = named.map(|found| found["sentence"].as_str().unwrap()).collect();
+        assert!(!by_run.is_empty(), "{kind}: {told}");
+        for sentence in &by_run {
+            assert!(text(&output.stderr).contains(sentence), "{kind}: {sentence}");
+        }
+        let loaded = msd_scene::open(&path).expect("a scene");
+        let mut session = Session::new(loaded).expect("a valid scene");
+        session.advance(0.0, &|| 0.0);
+        while session.runner().steps() < u64::from(steps) {
+            session.advance(1.0 / 60.0 + 1e-9, &|| 0.0);
+        }
+        // Cells are counted twice a second.
+        session.toggle_pause();
+        session.advance(0.5, &|| 0.0);
+        let found = session.findings();
+        let is_named = |found: &&Finding| serde_json::to_value(found).unwrap()["kind"] == kind;
+        let in_window: Vec<String> = found.iter().filter(is_named).map(Finding::sentence).collect();
+        assert_eq!(in_window, by_run, "{kind}");
+    }
 }

@@ -192,7 +192,7 @@ fn moves_limit<R: Real>(model: &Model<R>, interaction: &Interaction) -> bool {
 }
 
 /// Whether an interaction moves what is held or pinned already, which the limit does not follow.
-fn is_motion<R: Real>(model: &Model<R>, interaction: &Interaction) -> bool {
+pub(crate) fn is_motion<R: Real>(model: &Model<R>, interaction: &Interaction) -> bool {
     match *interaction {
         Interaction::Pin { particle, .. } => model.is_pinned(particle),
         Interaction::Grab { particle, .. } => {

@@ -9,11 +9,11 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod quantity;
 mod crossings;
 mod automatic;
 mod runner;
-mod piercing;
-mod overturned;
+mod watch;
 mod history;
 mod trace;
 pub mod export;
@@ -27,7 +27,6 @@ pub mod pace;
 pub use automatic::{Substeps, steps_between};
 pub use crossings::{WentThrough, crossings, steps_between_counts};
 pub use history::History;
-pub use overturned::{Cells, Overturned};
-pub use piercing::{Pierced, Piercing};
 pub use runner::{Moment, Runner, Touched};
 pub use trace::Trace;
+pub use watch::{Cells, Finding, Kind, Overturned, Pierced, Piercing, Readings, Watch};

@@ -1,6 +1,8 @@
 //! Replay of a recorded run, as it was or stepped otherwise.
 
+use crate::automatic::is_motion;
 use crate::history::History;
+use crate::on;
 use crate::recording::{Event, Recording};
 use crate::runner::Runner;
 use msd_core::{Error, Integrator, Interaction, Settings};
@@ -46,6 +48,15 @@ impl Changes {
     }
 }
 
+/// What was done to a replayed run, other than by steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Change {
+    /// State, material, world or settings were changed.
+    Edit,
+    /// Another run began.
+    Start,
+}
+
 /// A recorded run that happens again.
 ///
 /// Without changes each step has the bits that it had. With changes the same is done to it after
@@ -61,6 +72,7 @@ pub struct Replay<'a> {
     steps: u32,
     /// What can be returned to; nothing is kept of a recording that never returns.
     history: Option<History>,
+    change: Option<Change>,
 }
 
 impl<'a> Replay<'a> {
@@ -77,6 +89,7 @@ impl<'a> Replay<'a> {
             recorded: recording.start.settings,
             steps: 0,
             history: returns.then(History::default),
+            change: None,
         })
     }
 
@@ -85,14 +98,21 @@ impl<'a> Replay<'a> {
         &self.runner
     }
 
+    /// What was done to it before its last step, except for looks and motions of what is held.
+    pub fn change(&self) -> Option<Change> {
+        self.change
+    }
+
     /// Takes the next step, after what was done before it; `false` where the recording ends.
     ///
     /// # Errors
     /// A step that diverges, see [`msd_core::Simulation::step`], and an event that does not fit the
     /// run: the recording comes from elsewhere.
     pub fn advance(&mut self) -> Result<bool, Error> {
+        self.change = None;
         while self.steps == 0 {
             let Some(event) = self.events.next() else { return Ok(false) };
+            self.change = self.change.max(self.change_by(event));
             self.follow(event)?;
         }
         self.steps -= 1;
@@ -102,6 +122,20 @@ impl<'a> Replay<'a> {
             history.push(before);
         }
         Ok(true)
+    }
+
+    fn change_by(&self, event: &Event) -> Option<Change> {
+        let is_edit = match event {
+            Event::Start(_) => return Some(Change::Start),
+            Event::Act(Interaction::SetLook { .. }) | Event::Steps(_) | Event::End(_) => false,
+            Event::Act(act) => !on!(&self.runner, simulation => is_motion(simulation.model(), act)),
+            // Automatic substeps that were chosen anew change nothing else.
+            Event::Settings(settings) => {
+                Settings { substeps: self.recorded.substeps, ..*settings } != self.recorded
+            }
+            Event::Precision(_) | Event::Back => true,
+        };
+        is_edit.then_some(Change::Edit)
     }
 
     fn follow(&mut self, event: &Event) -> Result<(), Error> {

@@ -16,7 +16,6 @@
 //! ```
 #![forbid(unsafe_code)]
 
-pub mod quantity;
 mod candidates;
 mod measure;
 mod behaviour;
@@ -30,4 +29,5 @@ pub mod sweep;
 pub use behaviour::{audit, inspection, limits, parts, terms};
 pub use candidates::{choice, ladder};
 pub use measure::{clock, errors, leave, machine, reference, trial};
+pub use msd_run::quantity;
 pub use study::{ReferenceNote, Study, conduct, words};

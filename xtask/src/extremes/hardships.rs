@@ -1,9 +1,9 @@
 //! The hardships that every method goes through, and what becomes of the body.
 
 use crate::extremes::bodies::{self, MATERIAL};
+use crate::extremes::judge::{Measure, Task, judge};
 use crate::extremes::oscillator::Oscillator;
 use crate::extremes::outcome::Verdict;
-use crate::extremes::watch::{Measure, Task, judge};
 use msd_core::glam::DVec3;
 use msd_core::{Integrator, Material, Scene, Settings};
 use msd_scene::Precision;

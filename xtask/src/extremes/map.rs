@@ -1,8 +1,8 @@
 //! Maps of a method: its step against what makes a spring fast or slow.
 
+use crate::extremes::judge::{Measure, Task, judge};
 use crate::extremes::oscillator::Oscillator;
 use crate::extremes::outcome::{Outcome, Verdict};
-use crate::extremes::watch::{Measure, Task, judge};
 use msd_core::{Integrator, Settings, Simulation};
 use msd_scene::Precision;
 use serde::Serialize;

@@ -2,7 +2,7 @@
 //! accurate, bounded, or an error that says so, and never anything else.
 
 pub mod outcome;
-pub mod watch;
+pub mod judge;
 mod crew;
 pub mod oscillator;
 pub mod map;

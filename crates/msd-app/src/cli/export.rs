@@ -66,7 +66,7 @@ pub fn run_export(arguments: &ExportArguments) -> Result<(), Failure> {
     let (name, time) = (prepared.name.clone(), prepared.runner.time());
     let diverged = match ended {
         ExportEnd::Diverged(error) => {
-            let advice = prepared.is_advised.then_some("");
+            let advice = prepared.is_advised().then_some("");
             Some(explain_divergence(&name, error, advice))
         }
         ExportEnd::Unwritten(error) => return Err(Failure::input(error)),

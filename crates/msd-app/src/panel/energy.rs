@@ -7,7 +7,7 @@ use crate::viewer::Viewer;
 use egui::{Color32, Rect, RichText, Sense, Ui, pos2, vec2};
 use egui_plot::{Line, PlotPoints};
 use msd_core::Energy;
-use msd_study::quantity::{estimate, quantity, rounded};
+use msd_study::quantity::{estimate, rounded};
 
 /// A curve: its name, its colour, and how it is read.
 type Curve = (&'static str, Color32, fn(&Energy) -> f64);
@@ -71,10 +71,6 @@ fn errors(ui: &mut Ui, session: &Session) {
             let hover = "Since the run was changed last, by the account of contact, which counts \
                          it against what is dissipated; more substeps lower it";
             ui.label(RichText::new(text).small().color(CONTACT)).on_hover_text(hover);
-        }
-        if let Some(gain) = session.energy_gain() {
-            let text = format!("{} added by the integrator", quantity(gain, "J"));
-            ui.label(RichText::new(text).small().color(theme::BAD));
         }
     });
 }

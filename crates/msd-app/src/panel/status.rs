@@ -6,9 +6,9 @@ use super::{solver, theme};
 use crate::session::{ErrorNow, Pace, Session};
 use crate::viewer::Viewer;
 use egui::{Color32, Frame, Label, Margin, Panel, RichText, ScrollArea, Ui};
-use msd_core::{Energy, Integrator};
+use msd_core::Energy;
 use msd_render::Quality;
-use msd_run::Pierced;
+use msd_run::Kind;
 use msd_study::quantity::{estimate, quantity};
 use msd_study::space::Verdict;
 
@@ -30,12 +30,6 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
         {
             let text = format!("dropped {:.1} s", pace.dropped);
             item(text, theme::WARN, "Simulated time given up because the machine was busy");
-        }
-        if let Some((text, colour, hover)) = wrong_energy(session) {
-            item(text, colour, hover);
-        }
-        for (text, hover) in passed(session) {
-            item(text, theme::WARN, hover);
         }
         let number = |decimals: usize, value: fn(&Pace) -> f64| {
             let text = |pace| format!("{:.decimals$}", value(&pace));
@@ -69,66 +63,22 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
         let text = format!("t = {:.2} s", runner.time());
         item(text, theme::TEXT, "Simulated time");
         item(format!("step {}", grouped(runner.steps() as usize)), theme::FAINT, "Steps so far");
+        findings(ui, session);
     });
 }
 
-/// Failures of contact: bodies that may have crossed, surfaces that cross, and solids that went
-/// through a surface.
-fn passed(session: &Session) -> impl Iterator<Item = (String, &'static str)> {
-    let passes = (0 < session.passes()).then(|| {
-        let text = format!("bodies may have crossed {}", counted(session.passes(), "time"));
-        let hover = "Since the start: bodies went through each other, or were too fast for msd to \
-                     find all contacts. Shorten the step";
-        (text, hover)
-    });
-    let went = session.runner().went_through().into_iter().map(|went| {
-        let hover = "In one place or more, since the start. Shorten the step, or use a larger \
-                     thickness";
-        (format!("{went} at {:.2} s", went.time), hover)
-    });
-    let crossings = session.crossings().filter(|&crossings| 0 < crossings).map(|crossings| {
-        let text = format!("{} of triangles cross", counted(crossings, "pair"));
-        let hover = "Surfaces pass through each other, counted within the last second. Use more \
-                     substeps, a larger thickness or a finer spacing";
-        (text, hover)
-    });
-    let pierced = session.pierced().map(|Pierced { solid, body, time }| {
-        let text = format!("solid {solid} went through body {body}");
-        let hover = "Between particles: more substeps, a finer spacing, stiffer springs or a \
-                     slower solid prevent that, or `springs = true` of a thin one in a scene file";
-        (format!("{text} at {time:.2} s"), hover)
-    });
-    went.chain(passes).chain(crossings).chain(pierced)
-}
-
-/// What is wrong with the energy, if anything is, in what colour, and what to do.
-fn wrong_energy(session: &Session) -> Option<(String, Color32, &'static str)> {
-    if session.runner().contacts().squeezed {
-        let hover = "Obstacles left particles no room: their energy means nothing; start again, or \
-                     lift what closes on them";
-        return Some(("squeezed between obstacles".to_owned(), theme::WARN, hover));
+/// What went wrong in the run, with what to do about it.
+fn findings(ui: &mut Ui, session: &Session) {
+    for finding in session.findings() {
+        let colour = match finding.kind {
+            Kind::EnergyAdded => theme::BAD,
+            Kind::Damped => theme::TEXT,
+            _ => theme::WARN,
+        };
+        let label = Label::new(RichText::new(finding.sentence()).small().color(colour)).wrap();
+        let since = quantity(finding.since, "s");
+        ui.add(label).on_hover_text(format!("Since {since}: {}", finding.advice()));
     }
-    if session.energy_gain().is_some() {
-        let hover = "The energy has grown although nothing supplied any: shorten the step or use \
-                     another method";
-        return Some(("the integrator is adding energy".to_owned(), theme::BAD, hover));
-    }
-    let change = session.unexplained_energy()?;
-    let joules = estimate(change.abs(), "J");
-    let integrator = session.runner().integrator();
-    if 0.0 < change {
-        let hover =
-            "The energy balance does not close (dissipation overestimated): shorten the step";
-        return Some((format!("the energy balance is {joules} too high"), theme::WARN, hover));
-    }
-    if matches!(integrator, Integrator::BackwardEuler | Integrator::Xpbd) {
-        let hover = "This method damps motion by design, beside dampers and contact: less with \
-                     more substeps";
-        return Some((format!("{integrator} has damped {joules}"), theme::TEXT, hover));
-    }
-    let hover = "Energy is missing that no damper and no contact dissipated: shorten the step or \
-                 use another method";
-    Some((format!("{joules} of energy is missing"), theme::WARN, hover))
 }
 
 /// Contents that scroll; where they are longer than the room for them, the numbers stay in sight
@@ -180,9 +130,6 @@ fn main_numbers(ui: &mut Ui, session: &Session) {
         let total = session.energy().map(|energy: Energy| energy.total());
         item(format!("energy {}", joules(total)), theme::TEXT);
         item(format!("wrong by {}", joules(session.energy_imbalance())), theme::TEXT);
-        if let Some(gain) = session.energy_gain() {
-            item(format!("integrator added {}", estimate(gain, "J")), theme::BAD);
-        }
     });
 }
 
@@ -228,12 +175,6 @@ fn state(paused: bool, factor: Option<f64>, speed: f64) -> (String, Color32) {
             (format!("{factor:.2} × real time"), colour)
         }
     }
-}
-
-/// So many things, in words.
-fn counted(number: u64, thing: &str) -> String {
-    let plural = if number == 1 { "" } else { "s" };
-    format!("{} {thing}{plural}", grouped(number as usize))
 }
 
 /// A number with narrow spaces between groups of three digits.

@@ -1,10 +1,11 @@
-//! Energy readings: the trace of the last seconds, and what the integrator has added.
+//! Energy readings: the trace of the last seconds, and what contact has added.
 
 use super::clock::Frame;
 use super::run::{Reading, Revision, Run};
 use super::throttle::Throttle;
 use super::trace::Trace;
-use msd_core::{Energy, Witness};
+use msd_core::Energy;
+use msd_run::Watch;
 
 /// What is known of the energy of a run. Reading it costs time, so it takes a bounded share.
 #[derive(Debug, Default)]
@@ -14,12 +15,10 @@ pub struct EnergyReadings {
     throttle: Throttle,
 }
 
-/// The energy when it was read last, and what is known of its errors.
+/// The energy when it was read last.
 #[derive(Clone, Copy, Debug)]
 struct Balance {
     energy: Energy,
-    /// Watches for energy that the integrator adds.
-    witness: Witness,
     /// Energy that contact had added when the run was changed last, and has added by now, joules.
     contact: [f64; 2],
 }
@@ -34,27 +33,6 @@ impl EnergyReadings {
     /// while it is being worked out.
     pub fn now(&self, run: &Run) -> Option<Energy> {
         self.known(run).map(|balance| balance.energy)
-    }
-
-    /// Energy that the integrator has added for good since the run was changed last, joules; `None`
-    /// if it added none.
-    pub fn gain(&self, run: &Run) -> Option<f64> {
-        let gain = self.known(run).map(|balance| balance.witness.gain());
-        gain.filter(|&gain| 0.0 < gain)
-    }
-
-    /// The change of the total energy since the run was changed or handled last, joules: the error
-    /// of the method and of contact in it; `None` while it is being worked out.
-    pub fn imbalance(&self, run: &Run) -> Option<f64> {
-        self.known(run).map(|balance| balance.witness.imbalance())
-    }
-
-    /// That change where it lasts and no account explains it, joules: a rise, or a fall as a
-    /// negative number; `None` where there is none.
-    pub fn unexplained(&self, run: &Run) -> Option<f64> {
-        let witness = &self.known(run)?.witness;
-        let change = [witness.surplus(), -witness.loss()];
-        change.into_iter().find(|&change| change != 0.0)
     }
 
     /// Energy that contact has added since the run was changed last, by its own account, joules:
@@ -75,34 +53,43 @@ impl EnergyReadings {
         }
     }
 
-    /// Reads the energy of a state that a failed run went back to: what the method had added by
-    /// then is still there.
-    pub(super) fn sample_after(&mut self, from: Revision, run: &Run) {
-        self.carry_over(from, run);
-        self.sample(run);
+    /// Reads the energy now.
+    pub(super) fn sample(&mut self, watched: (&Run, &mut Watch)) {
+        let time = watched.0.runner().time();
+        let energy = self.read(watched);
+        self.trace.push(time, energy);
     }
 
-    /// Reads the energy now.
-    pub(super) fn sample(&mut self, run: &Run) {
-        // A change may add energy, and so do gusts: a witness knows nothing of what was before.
-        let known = self.known(run).filter(|_| !run.is_driven());
-        let mut witness = known.map_or(Witness::default(), |balance| balance.witness);
-        let energy = run.runner().show_to(&mut witness);
+    fn read(&mut self, (run, watch): (&Run, &mut Watch)) -> Energy {
+        // Gusts add energy: the watch knows nothing of what was before.
+        if run.is_driven() {
+            watch.forget_energy();
+        }
+        let energy = watch.read_energy(run.runner());
         let added = run.runner().contacts().added;
         let before = self.known(run).map_or(added, |balance| balance.contact[0]);
-        self.trace.push(run.runner().time(), energy);
-        self.last = Some(Reading::new(Balance { energy, witness, contact: [before, added] }, run));
+        self.last = Some(Reading::new(Balance { energy, contact: [before, added] }, run));
+        energy
     }
 
-    /// Reads the energy after the steps of a frame, or after a change, if that is due and
-    /// affordable.
-    pub(super) fn follow(&mut self, run: &Run, frame: Frame, stopwatch: &impl Fn() -> f64) {
+    /// Reads the energy after the steps of a frame, or after a change, if that is affordable.
+    pub(super) fn follow(
+        &mut self,
+        watched: (&Run, &mut Watch),
+        frame: Frame,
+        stopwatch: &impl Fn() -> f64,
+    ) {
         self.throttle.save(frame.real, frame.spent);
-        let is_due = 0 < frame.steps && self.trace.is_due(run.runner().time());
-        if (is_due || self.now(run).is_none()) && self.throttle.is_enough() {
-            let mut throttle = self.throttle;
-            throttle.spend(stopwatch, || self.sample(run));
-            self.throttle = throttle;
+        let time = watched.0.runner().time();
+        let is_due = 0 < frame.steps || self.now(watched.0).is_none();
+        if !is_due || !self.throttle.is_enough() {
+            return;
+        }
+        let mut throttle = self.throttle;
+        let energy = throttle.spend(stopwatch, || self.read(watched));
+        self.throttle = throttle;
+        if frame.steps == 0 || self.trace.is_due(time) {
+            self.trace.push(time, energy);
         }
     }
 

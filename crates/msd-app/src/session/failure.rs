@@ -230,7 +230,10 @@ impl Session {
         }
         match offer.origin {
             Origin::Start | Origin::Scene => return self.restart_from(offer.origin),
-            Origin::Earlier => _ = self.go_back(self.origins().steps_of_a_second()),
+            Origin::Earlier => {
+                self.go_back(self.origins().steps_of_a_second());
+                self.watch.change(self.run.runner());
+            }
             Origin::Here => {}
         }
         (self.failure, self.paused) = (None, false);

@@ -21,6 +21,7 @@ mod trade;
 mod past;
 mod parts;
 mod twin;
+mod watching;
 
 pub use clock::{BUDGET, Frame, Pace};
 pub use failure::RunFailure;
@@ -54,14 +55,14 @@ use msd_core::stability::Estimator;
 use msd_core::{Energy, Error, Interaction, Settings, Vector};
 use msd_run::recording::Event;
 use msd_run::rescue::{Offer, Origin, debris};
-use msd_run::{History, Moment, Runner, on};
+use msd_run::{History, Moment, Runner, Watch, on};
 use msd_scene::Loaded;
 use msd_study::space::{Space, known};
 use past::{Timeline, Undo};
 use recording::SessionRecording;
 use stability_light::StabilityLight;
 use std::fmt::Display;
-use touches::CrossingCount;
+use watching::Counts;
 
 /// The most that is done at once and recorded one by one: the springs of a body of a material have
 /// their values in thousands of runs of rows, and the run as it is then is no longer than they are.
@@ -86,7 +87,9 @@ pub struct Session {
     estimator: Estimator,
     /// Estimates the error while the user wants it.
     live_error: Option<LiveErrorMeter>,
-    crossings: CrossingCount,
+    /// What goes wrong in the run.
+    watch: Watch,
+    counts: Counts,
     recording: SessionRecording,
     /// Why the run paused by itself.
     failure: Option<RunFailure>,
@@ -114,6 +117,7 @@ impl Session {
     pub fn new(loaded: Loaded) -> Result<Self, Error> {
         let Loaded { settings, precision, automatic, .. } = loaded;
         let run = Run::new(run::open(&loaded, settings, precision, automatic)?);
+        let watch = Watch::new(run.runner(), &loaded.scene);
         let material = Material::of(&loaded.made);
         let space = known(&loaded.scene).filter(|space| space.error().is_some());
         let mut session = Session {
@@ -130,7 +134,8 @@ impl Session {
             stability_light: StabilityLight::default(),
             estimator: Estimator::default(),
             live_error: None,
-            crossings: CrossingCount::default(),
+            watch,
+            counts: Counts::default(),
             recording: SessionRecording::default(),
             failure: None,
             ways_out: WaysOut::default(),
@@ -144,7 +149,7 @@ impl Session {
             refusal: None,
         };
         session.material.read(session.run.runner());
-        session.energy.sample(&session.run);
+        session.energy.sample((&session.run, &mut session.watch));
         Ok(session)
     }
 
@@ -174,9 +179,9 @@ impl Session {
             self.prepare(stopwatch);
         }
         let passed = Frame { real, ..frame };
-        self.energy.follow(&self.run, passed, stopwatch);
-        self.crossings.refresh(&self.run, passed, stopwatch);
+        self.energy.follow((&self.run, &mut self.watch), passed, stopwatch);
         self.stability_light.refresh(&self.run, real, stopwatch);
+        self.watch_over(passed, stopwatch);
         self.search_ways_out(real, stopwatch);
         self.trade.refresh(&self.run, (&self.loaded, self.steady_force()), real);
         self.take_found();
@@ -206,7 +211,7 @@ impl Session {
     fn take_step(&mut self) -> bool {
         self.settle();
         self.before_step();
-        let (before, passes) = (self.runner().moment(), self.passes());
+        let before = self.runner().moment();
         if let Some(meter) = &mut self.live_error {
             meter.before_step(&self.run);
         }
@@ -228,10 +233,9 @@ impl Session {
         self.failure = None;
         let recorded = self.recording.step();
         self.refuse(recorded);
-        let is_over = self.stability().is_some_and(|(share, _)| 1.0 < share);
-        let warns = is_over || self.energy_gain().is_some() || passes < self.passes();
         let runner = self.run.runner();
-        self.timeline.look(runner.steps(), runner.contacts().count, warns);
+        self.watch.step(runner);
+        self.timeline.look(runner.steps(), runner.contacts().count, self.watch.found());
         true
     }
 
@@ -242,7 +246,8 @@ impl Session {
         let back = debris(self.run.runner(), &self.history);
         let revision = self.run.revision();
         self.go_back(back);
-        self.energy.sample_after(revision, &self.run);
+        self.energy.carry_over(revision, &self.run);
+        self.energy.sample((&self.run, &mut self.watch));
         self.stability_light.forget();
         self.timeline.mark(self.runner().steps(), MarkKind::Warning);
         self.failure = Some(RunFailure::new(error, 0 < back, self.runner().time()));
@@ -262,7 +267,7 @@ impl Session {
         }
         self.take_step();
         self.energy.rewind(self.runner().time());
-        self.energy.sample(&self.run);
+        self.energy.sample((&self.run, &mut self.watch));
     }
 
     /// Pauses and returns to the state before the last step; returns whether there was one.
@@ -275,12 +280,14 @@ impl Session {
         }
         let is_back = self.go_back(1);
         if is_back {
+            self.watch.change(self.run.runner());
             self.failure = None;
         }
         is_back
     }
 
-    /// Returns to the state of so many steps before; whether there was one.
+    /// Returns to the state of so many steps before; whether there was one. The watch keeps what it
+    /// knows of the steps that are taken back.
     fn go_back(&mut self, steps: usize) -> bool {
         let Some(moment) = self.history.nth_back(steps).cloned() else { return false };
         let settings = self.runner().settings();
@@ -304,7 +311,7 @@ impl Session {
     /// follow from was changed since.
     fn return_to(&mut self, moment: &Moment) -> Result<(), Error> {
         let is_other = moment.steps < self.limit_of;
-        self.change(|runner| {
+        self.change_unwatched(|runner| {
             runner.go_back(moment)?;
             if is_other { runner.set_automatic(runner.is_automatic()) } else { Ok(()) }
         })
@@ -335,7 +342,8 @@ impl Session {
         }
         (self.grab, self.is_blowing) = (Grab::default(), false);
         self.material.forget_rest_lengths();
-        self.change(|runner| *runner = fresh);
+        self.change_unwatched(|runner| *runner = fresh);
+        self.watch = Watch::new(self.run.runner(), &self.loaded.scene);
         self.limit_of = 0;
         self.history.clear();
         self.timeline.clear();
@@ -344,7 +352,7 @@ impl Session {
         self.energy.clear();
         self.clock.resume();
         self.record_start();
-        self.energy.sample(&self.run);
+        self.energy.sample((&self.run, &mut self.watch));
     }
 
     /// Chooses how fast simulated time runs, 1 for real time.
@@ -362,6 +370,13 @@ impl Session {
 impl Session {
     /// Changes the run other than by a step: nothing that was read of it before is shown after.
     fn change<T>(&mut self, change: impl FnOnce(&mut Runner) -> T) -> T {
+        let result = self.change_unwatched(change);
+        self.watch.change(self.run.runner());
+        result
+    }
+
+    /// The same, where the watch goes on.
+    fn change_unwatched<T>(&mut self, change: impl FnOnce(&mut Runner) -> T) -> T {
         let result = self.run.change(change);
         self.material.read(self.run.runner());
         self.trade.follow(&self.run, (&self.loaded, self.steady_force()));
@@ -498,23 +513,6 @@ impl Session {
     /// The energy now; `None` while it is being worked out.
     pub fn energy(&self) -> Option<Energy> {
         self.energy.now(&self.run)
-    }
-
-    /// Energy that the integrator has added for good since the run was changed last, joules; `None`
-    /// if it added none.
-    pub fn energy_gain(&self) -> Option<f64> {
-        self.energy.gain(&self.run)
-    }
-
-    /// The change of the total energy since the run was changed or handled last, joules; `None`
-    /// while it is being worked out.
-    pub fn energy_imbalance(&self) -> Option<f64> {
-        self.energy.imbalance(&self.run)
-    }
-
-    /// That change where it lasts and no account explains it, joules; a fall is negative.
-    pub fn unexplained_energy(&self) -> Option<f64> {
-        self.energy.unexplained(&self.run)
     }
 
     /// Energy that contact has added since the run was changed last, joules.

@@ -16,12 +16,12 @@
 //! (`back` and `ahead`: how many states one can look back to, and come back to; `undo` and `redo`:
 //! what they would take back and do again, or null), `recording` (its file or null), `twin` (null,
 //! or its root mean square distance, m), `gallery` (null, or how many of its pictures are drawn),
-//! `solids` (where their middles are seen), `passes` and `crossings` (how often bodies may
-//! have crossed, pairs of triangles that cross, or null), `contacts` (with obstacles, since
-//! the start), `pierced` (whether a solid went through a surface), `full_screen`, `focus` (whether
-//! a control has the keyboard), `group` and `grabs` (how many particles are to be grabbed together,
-//! and are held), `guide` (steps done of the guide, or null), `wireframe`, `camera` (`yaw`,
-//! `pitch`, `distance`, `target`), `filming` (null, or frames that are written),
+//! `solids` (where their middles are seen), `findings` (sentences on what went wrong), `crossings`
+//! (pairs of triangles that cross, or null), `contacts` (with obstacles, since the start),
+//! `full_screen`, `focus` (whether a control has the keyboard), `group` and `grabs` (how many
+//! particles are to be grabbed together, and are held), `guide` (steps done of the guide, or null),
+//! `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `filming` (null, or frames that
+//! are written),
 //! `pixels_per_point`, `view` and `landmarks` (rectangles: left, top, width, height).
 
 #[cfg(not(target_arch = "wasm32"))]
@@ -33,7 +33,7 @@ use glam::Vec3;
 use msd_core::Vector;
 use msd_core::obstacles::Placed;
 use msd_render::Camera;
-use msd_run::on;
+use msd_run::{Finding, on};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 #[cfg(not(target_arch = "wasm32"))]
@@ -121,10 +121,9 @@ fn report_of_view(viewer: &Viewer, scale: f32) -> Value {
         }),
         "filming": filming(viewer),
         "solids": solids(viewer).map(|at| at.map(|at| pixels(at, scale))).collect::<Vec<_>>(),
-        "passes": session.passes(),
+        "findings": session.findings().iter().map(Finding::sentence).collect::<Vec<_>>(),
         "crossings": session.crossings(),
         "contacts": session.runner().contacts().count,
-        "pierced": session.pierced().is_some(),
         "full_screen": viewer.full_screen,
         "group": session.group().len(),
         "grabs": on!(session.runner(), simulation => simulation.model().grabs().len()),

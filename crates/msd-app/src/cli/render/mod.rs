@@ -120,7 +120,7 @@ fn steps(film: Option<Moments>, prepared: &mut Prepared) -> Result<Vec<u64>, Fai
 fn failure(ended: FilmEnd, prepared: &Prepared, frames: usize) -> Option<Failure> {
     match ended {
         FilmEnd::Diverged(error) => {
-            let advice = prepared.is_advised.then_some("");
+            let advice = prepared.is_advised().then_some("");
             Some(explain_divergence(&prepared.name, error, advice))
         }
         FilmEnd::Interrupted => {

@@ -3,7 +3,6 @@
 mod advice;
 pub mod prepare;
 mod report;
-mod watch;
 mod files;
 mod replay;
 
@@ -12,19 +11,18 @@ pub use replay::replay;
 pub use report::{SetKeys, evaluations, set_keys};
 
 use super::arguments::RunArguments;
-use super::failure::{Failure, hush, note, say};
+use super::failure::{Failure, hush, say};
 use super::steps::Interrupt;
 use super::steps::Steps;
 use advice::{advise, appended};
 use files::Files;
 use msd_core::{Divergence, Error};
 use msd_run::rescue::LASTING;
-use msd_run::{Moment, Runner};
+use msd_run::{Kind, Moment, Runner};
 use msd_study::quantity::quantity;
 use prepare::{FRAME, Prepared, prepare};
 use report::{Done, RunReport};
 use std::path::Path;
-use watch::Watch;
 use web_time::{Duration, Instant};
 
 /// Runs a scene, writes what was asked for and prints the result.
@@ -36,38 +34,19 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
         prepare((scene, &arguments.set), &arguments.solver, ("--duration", arguments.duration))?;
     let mut files = Files::open(arguments, &prepared)?;
     let (start, began) = (prepared.runner.moment(), prepared.runner.time());
-    let mut watch = Watch::new(&prepared.runner, prepared.stable);
-    let (wall, diverged) = step_all(&mut prepared, &mut files, (&mut watch, &interrupt));
-    let ended = prepared.runner.steps() - start.steps;
-    let is_interrupted = diverged.is_none() && ended < prepared.steps;
-    let advice = late_advice(&prepared, &watch, (&start, began), diverged.as_ref());
+    let (mut done, diverged) = step_all(&mut prepared, &mut files, &interrupt);
+    let is_interrupted = diverged.is_none() && done.steps < prepared.steps;
+    let advice = late_advice(&prepared, (&start, began), diverged.as_ref());
     let diverged =
         diverged.map(|error| explain_divergence(&prepared.name, error, advice.as_deref()));
+    (done.diverged, done.interrupted) = (diverged.is_some(), is_interrupted);
     let advice = advice.filter(|_| diverged.is_none());
     let ended = diverged.or_else(|| is_interrupted.then(|| interrupted(&prepared.runner)));
-    watch.count_crossings(&prepared.runner);
-    watch.count_overturned(&prepared.runner);
-    let warnings = watch.warnings(prepared.runner.settings(), advice.as_deref());
-    warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));
-    prepared.warnings.extend(warnings);
+    prepared.watch.count(&prepared.runner);
+    prepared.warn(advice.as_deref());
     let unwritten = files.finish(&prepared.runner);
     prepared.warnings.extend(unwritten.clone());
-    let done = Done {
-        steps: prepared.runner.steps() - start.steps,
-        simulated: prepared.runner.time() - began,
-        substeps: Some(watch.substeps),
-        chosen: watch.chosen,
-        wall: wall.as_secs_f64(),
-        diverged: ended.is_some() && !is_interrupted,
-        interrupted: is_interrupted,
-        gain: watch.gain,
-        imbalance: watch.imbalance(),
-        loss: watch.loss(),
-        solved: watch.solved,
-        crossed: watch.crossed,
-        pierced: watch.piercing.first(),
-        overturned: watch.overturned,
-    };
+    done.simulated = prepared.runner.time() - began;
     let report = RunReport { set: set_keys(&arguments.set.set), ..RunReport::new(prepared, done) };
     tell_report(&report, arguments, (ended, unwritten))
 }
@@ -76,21 +55,22 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
 /// where it was given.
 fn late_advice(
     prepared: &Prepared,
-    watch: &Watch,
     (start, began): (&Moment, f64),
     diverged: Option<&Error>,
 ) -> Option<String> {
     let is_of_step = diverged.is_some_and(Error::is_of_step);
-    if !is_of_step && !watch.is_over(prepared.runner.settings()) {
+    let found = prepared.watch.findings(&prepared.runner);
+    if !is_of_step && found.iter().all(|finding| finding.kind != Kind::StabilityLimit) {
         return None;
     }
-    if prepared.is_advised {
+    if prepared.is_advised() {
         return Some(String::new());
     }
     let mut runner = prepared.runner.clone();
     let lasting = (1.2 * (runner.time() - began)).max(LASTING);
     runner.go_back(start).ok()?;
-    Some(advise(&runner, FRAME, watch.least(), lasting))
+    let stable = prepared.watch.read().least.unwrap_or(prepared.stable);
+    Some(advise(&runner, FRAME, stable, lasting))
 }
 
 /// The failure of a run that the user ended.
@@ -119,26 +99,28 @@ pub fn tell_report(
 fn step_all(
     prepared: &mut Prepared,
     files: &mut Files,
-    (watch, interrupt): (&mut Watch, &Interrupt),
-) -> (Duration, Option<Error>) {
+    interrupt: &Interrupt,
+) -> (Done, Option<Error>) {
     let mut progress = Steps::new(prepared.steps, &prepared.name);
-    let runner = &mut prepared.runner;
-    let mut wall = Duration::ZERO;
-    for taken in 1..=prepared.steps {
+    let Prepared { runner, watch, .. } = prepared;
+    let (mut done, mut wall) = (Done::default(), Duration::ZERO);
+    let mut failed = None;
+    while done.steps < prepared.steps && failed.is_none() {
         let start = Instant::now();
-        let stepped = runner.step();
+        failed = runner.step().err();
         wall += start.elapsed();
-        if let Err(error) = stepped {
-            return (wall, Some(error));
+        if failed.is_none() {
+            done.note(runner);
+            watch.follow(runner);
+            files.follow(runner, done.steps);
+            if interrupt.is_asked() {
+                break;
+            }
+            progress.tell(done.steps);
         }
-        watch.look(runner);
-        files.follow(runner, taken);
-        if interrupt.is_asked() {
-            break;
-        }
-        progress.tell(taken);
     }
-    (wall, None)
+    done.wall = wall.as_secs_f64();
+    (done, failed)
 }
 
 /// What happened, and what to change. Empty advice was given before; without any the error itself

@@ -1,19 +1,17 @@
 //! From a scene to a run: opened, given the solver of the command line and a state.
 
-use super::advice::advise;
+use super::advice::{advise, appended};
 use crate::cli::arguments::{SetArguments, SolverArguments, Step, Substeps};
 use crate::cli::failure::{Failure, note};
 use crate::cli::steps::SlowNotice;
 use msd_app::link::Link;
 use msd_core::glam::DVec3;
-use msd_core::{Integrator, Settings, Solid};
+use msd_core::{Integrator, Scene, Settings, Solid};
 use msd_run::rescue::LASTING;
-use msd_run::{Runner, on};
+use msd_run::{Finding, Kind, Runner, Watch, on};
 use msd_scene::materials::Made;
-use msd_scene::{
-    Assignment, Draft, Loaded, Rounding, Viewpoint, load_state, open_set, plain, shown_path,
-};
-use msd_study::quantity::{estimate, number, quantity, rounded};
+use msd_scene::{Assignment, Draft, Loaded, Viewpoint, load_state, open_set, plain, shown_path};
+use msd_study::quantity::{number, quantity, rounded};
 use std::path::{Path, PathBuf};
 
 /// A frame of the command line, seconds: `--substeps` divides it, and so does `--step auto` of the
@@ -45,12 +43,35 @@ pub struct Prepared {
     pub runner: Runner,
     /// The longest stable substep predicted at its start, seconds.
     pub stable: f64,
-    /// Whether the user was told what to change.
-    pub is_advised: bool,
+    /// The watch over it, and what it found at the start, which the warnings have.
+    pub watch: Watch,
+    pub early: Vec<Finding>,
     /// Steps to take.
     pub steps: u64,
     /// What the user should know, one line each.
     pub warnings: Vec<String>,
+}
+
+impl Prepared {
+    /// Whether the user was warned of the step, with what to do about it.
+    pub fn is_advised(&self) -> bool {
+        self.early.iter().any(|finding| finding.kind == Kind::StabilityLimit)
+    }
+
+    /// What the watch found since the start, with `advice` on the step where there is any; it is
+    /// printed, and among the warnings from now on.
+    pub fn warn(&mut self, advice: Option<&str>) {
+        let found = self.watch.findings(&self.runner).into_iter();
+        let late = found.filter(|late| self.early.iter().all(|early| !early.is_same(late)));
+        let late: Vec<String> = late
+            .map(|finding| match finding.kind {
+                Kind::StabilityLimit => finding.sentence() + &appended(advice),
+                _ => finding.to_string(),
+            })
+            .collect();
+        late.iter().for_each(|warning| note(&format!("warning: {warning}")));
+        self.warnings.extend(late);
+    }
 }
 
 /// The link that a scene is named by, if it is.
@@ -114,10 +135,8 @@ pub fn prepare(
         )));
     }
     let stable = predict(&runner);
-    let over = warn_with_advice(&runner, FRAME, stable, duration.min(LASTING));
-    let is_advised = over.is_some();
-    let mut warnings = Vec::from_iter(over);
-    warnings.extend(warn_of_rounding(&Rounding::of(&loaded.scene, runner.precision())));
+    let lasting = duration.min(LASTING);
+    let (watch, early, mut warnings) = watch_from((&runner, &loaded.scene), FRAME, stable, lasting);
     warnings.extend(short.then(|| {
         let time = steps as f64 * settings.step;
         let duration = plain(duration);
@@ -138,7 +157,8 @@ pub fn prepare(
         is_resumed,
         runner,
         stable,
-        is_advised,
+        watch,
+        early,
         steps,
         warnings,
     })
@@ -292,42 +312,24 @@ fn count_steps(settings: Settings, duration: f64) -> (u64, bool) {
     (steps as u64, short)
 }
 
-/// A warning where the step of a run is longer than the longest stable one, with options to use
-/// instead, which lasted for so many simulated seconds; `frame` is the time that `--substeps`
-/// divides, seconds.
-pub fn warn_with_advice(start: &Runner, frame: f64, stable: f64, lasting: f64) -> Option<String> {
-    let over = warn_of_step(start.settings(), stable)?;
-    Some(format!("{over}; {}", advise(start, frame, stable, lasting)))
-}
-
-/// A warning where a step is longer than the longest stable one.
-pub fn warn_of_step(settings: Settings, stable: f64) -> Option<String> {
-    let (integrator, h) = (settings.integrator, settings.substep());
-    if h <= stable {
-        return None;
-    }
-    if stable == 0.0 {
-        return Some(format!("{integrator} is predicted to be unstable here at any step"));
-    }
-    Some(format!(
-        "the step of {} is longer than {}, the longest predicted to be stable for {integrator}",
-        quantity(h, "s"),
-        quantity(stable, "s")
-    ))
-}
-
-/// A warning where a scene is so far from the origin that rounding shows.
-fn warn_of_rounding(rounding: &Rounding) -> Option<String> {
-    let Rounding { distance, spacing, energy, stake } = *rounding;
-    rounding.shows().then(|| {
-        format!(
-            "{} from the origin, single precision rounds positions to {}; that alone puts about \
-             {} into the springs, {:.1} % of the energy at stake; use --precision f64 or move the \
-             scene to the origin",
-            quantity(distance, "m"),
-            estimate(spacing, "m"),
-            estimate(energy, "J"),
-            100.0 * energy / stake
-        )
-    })
+/// A watch over a run that is about to start, with what it finds at once, and these findings in
+/// words: the step has options to use instead, which lasted for so many simulated seconds. `frame`
+/// is the time that `--substeps` divides, and `stable` the longest stable substep, seconds.
+pub fn watch_from(
+    (start, scene): (&Runner, &Scene),
+    frame: f64,
+    stable: f64,
+    lasting: f64,
+) -> (Watch, Vec<Finding>, Vec<String>) {
+    let mut watch = Watch::new(start, scene);
+    watch.note_limit(start, stable);
+    let early = watch.findings(start);
+    let in_words = |finding: &Finding| match finding.kind {
+        Kind::StabilityLimit => {
+            format!("{}; {}", finding.sentence(), advise(start, frame, stable, lasting))
+        }
+        _ => finding.to_string(),
+    };
+    let warnings = early.iter().map(in_words).collect();
+    (watch, early, warnings)
 }

@@ -1,7 +1,7 @@
 //! `msd run --replay`: a recorded run happens again, to the bit or beside one with another solver.
 
 use super::files::Files;
-use super::prepare::{Prepared, is_endless, warn_with_advice};
+use super::prepare::{Prepared, is_endless, watch_from};
 use super::report::{Comparison, Distance, Done, RunReport};
 use super::tell_report;
 use super::{explain_divergence, interrupted};
@@ -9,11 +9,11 @@ use crate::cli::arguments::{RunArguments, SolverArguments, Substeps};
 use crate::cli::failure::{Failure, hush, note};
 use crate::cli::steps::Interrupt;
 use msd_core::Error;
-use msd_run::Runner;
 use msd_run::recording::{Recording, load_recording, load_salvaged};
-use msd_run::replay::{Changes, Replay};
+use msd_run::replay::{Change, Changes, Replay};
 use msd_run::rescue::LASTING;
 use msd_run::twin::{Apart, Twin};
+use msd_run::{Runner, Watch};
 use msd_scene::{Viewpoint, plain, shown_path, state_hash};
 use std::path::Path;
 use web_time::{Duration, Instant};
@@ -34,7 +34,8 @@ pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     let mut prepared = prepare(&recording, course.runner())?;
     let mut files = Files::open(arguments, &prepared)?;
     let mut done = Done::default();
-    let diverged = step_all(&mut course, (&mut done, recording.steps()), (&mut files, &interrupt));
+    let watched = (&mut done, &mut prepared.watch, recording.steps());
+    let diverged = step_all(&mut course, watched, (&mut files, &interrupt));
     // What is no divergence is an event that does not fit: nothing is written then.
     let diverged = match diverged {
         Some(error) if error.is_of_step() => Some(error),
@@ -44,8 +45,10 @@ pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     let unwritten = files.finish(course.runner());
     prepared.warnings.extend(unwritten.clone());
     prepared.runner = course.runner().clone();
+    prepared.watch.count(&prepared.runner);
+    prepared.warn(None);
     done.diverged = diverged.is_some();
-    let advice = prepared.is_advised.then_some("");
+    let advice = prepared.is_advised().then_some("");
     let diverged = diverged.map(|error| explain_divergence(&prepared.name, error, advice));
     let ended = diverged.or_else(|| done.interrupted.then(|| interrupted(course.runner())));
     let is_whole = ended.is_none();
@@ -98,9 +101,8 @@ fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> 
     }
     let stable = runner.stable_substep();
     // The substeps of a replay are those of a recorded step.
-    let over = warn_with_advice(runner, settings.step, stable, LASTING);
-    let is_advised = over.is_some();
-    let mut warnings = Vec::from_iter(over);
+    let (watch, early, mut warnings) =
+        watch_from((runner, &start.scene), settings.step, stable, LASTING);
     if 0 < recording.lost_bytes {
         warnings.push(format!(
             "the recording is damaged after step {steps}; its last {} bytes are lost",
@@ -124,7 +126,8 @@ fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> 
         is_resumed,
         runner,
         stable,
-        is_advised,
+        watch,
+        early,
         steps,
         warnings,
     })
@@ -158,6 +161,14 @@ impl<'a> Course<'a> {
         match self {
             Course::Alone(replay) => Ok((replay.advance()?, None)),
             Course::Beside(twin) => twin.advance().map(|apart| (apart.is_some(), apart)),
+        }
+    }
+
+    /// What was done to that run before its last step.
+    fn change(&self) -> Option<Change> {
+        match self {
+            Course::Alone(replay) => replay.change(),
+            Course::Beside(twin) => twin.changed().change(),
         }
     }
 
@@ -197,7 +208,7 @@ fn distance(twin: &Twin<'_>) -> Distance {
 /// steps are timed.
 fn step_all(
     course: &mut Course<'_>,
-    (done, steps): (&mut Done, u64),
+    (done, watch, steps): (&mut Done, &mut Watch, u64),
     (files, interrupt): (&mut Files, &Interrupt),
 ) -> Option<Error> {
     let mut wall = Duration::ZERO;
@@ -212,7 +223,14 @@ fn step_all(
             Ok((false, _)) => break None,
             Ok((true, apart)) => apart,
         };
-        done.steps += 1;
+        let runner = course.runner();
+        match course.change() {
+            Some(Change::Start) => *watch = Watch::new(runner, &runner.progress().0),
+            Some(Change::Edit) => watch.change(runner),
+            None => {}
+        }
+        watch.follow(runner);
+        done.note(runner);
         // Steps times their length, and not a running sum; another scene or step may come.
         let step = course.runner().settings().step;
         if step != length {

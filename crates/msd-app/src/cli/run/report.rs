@@ -2,14 +2,15 @@
 
 use super::prepare::Prepared;
 use msd_core::methods::Solved;
-use msd_core::{Contacts, Energy, Integrator, Momentum, Settings};
-use msd_run::{Overturned, Pierced, Touched};
+use msd_core::{Contacts, Energy, Integrator, Momentum};
+use msd_run::{Finding, Kind, Overturned, Pierced, Runner, Touched};
 use msd_scene::{Assignment, Precision, state_hash};
 use msd_study::quantity::{number, quantity, rounded};
 use serde::Serialize;
+use serde_json::{Value, json};
 
 /// Keys of a scene that the command line set, from the top, with their values.
-pub type SetKeys = serde_json::Map<String, serde_json::Value>;
+pub type SetKeys = serde_json::Map<String, Value>;
 
 /// What the command line set, for a report.
 pub fn set_keys(set: &[Assignment]) -> SetKeys {
@@ -17,89 +18,44 @@ pub fn set_keys(set: &[Assignment]) -> SetKeys {
     set.iter().map(|set| (set.key().into(), value(set))).collect()
 }
 
-/// What came of a run; the keys of `--json`.
+/// What came of a run, the keys of `--json`: docs/using.md explains them, as a test checks.
 #[derive(Debug, Serialize)]
 pub struct RunReport {
-    /// Name of the scene.
     pub scene: String,
-    /// Keys of the scene that the command line set, with their values.
     pub set: SetKeys,
-    /// Number of particles.
     pub particles: usize,
-    /// Number of springs.
     pub springs: usize,
-    /// The method.
     pub integrator: Integrator,
-    /// Length of an integration step, seconds; of an adaptive method, which divides it as it
-    /// needs, that of a step of the scene.
     pub step: f64,
-    /// Integration steps per row of the trace.
     pub substeps: u32,
-    /// The fewest and the most substeps per row, where they are automatic: `step` and `substeps`
-    /// are then those at the end. Null where they are not.
     pub automatic: Option<Chosen>,
-    /// Local error that an adaptive method allows, as a fraction of the size; null for others.
     pub tolerance: Option<f64>,
-    /// Newton iterations per substep of an implicit method; null for others.
     pub newton: Option<u32>,
-    /// Precision.
     pub precision: Precision,
-    /// Time simulated, seconds.
     pub duration: f64,
-    /// Time of the scene at the end, seconds: more than the duration for a saved run that goes on.
     pub time: f64,
-    /// Integration steps taken.
     pub steps: u64,
-    /// Time that the steps took, seconds.
     pub wall_seconds: f64,
-    /// Springs times force evaluations of the integration steps (without the one that velocity
-    /// Verlet starts a step with) per second of the wall clock; null without a step and for methods
-    /// that choose their own number of evaluations.
     pub spring_updates_per_second: Option<f64>,
-    /// Time simulated by time taken; null without a step.
     pub real_time_factor: Option<f64>,
-    /// Energy at the end, joules.
     pub energy: EnergyReport,
-    /// What obstacles did: contacts, the energy that they took away and that they added, and the
-    /// work of surfaces that move, joules.
     pub contacts: Contacts,
-    /// Failures of contact between bodies: how often they may have crossed, and how many pairs of
-    /// triangles cross at the end. Null where no bodies meet.
     pub touched: Option<Touched>,
-    /// The most pairs of triangles that were seen to cross at once, and when; null if none was, and
-    /// for a replay.
-    pub most_crossings: Option<Crossed>,
-    /// The first surface that a solid was seen to go through; null if none was, and for a replay.
+    pub most_crossings: Option<Value>,
     pub pierced: Option<Pierced>,
-    /// The body of which most cells are flat or inside out at the end; null if none are, and for a
-    /// replay.
     pub overturned: Option<Overturned>,
-    /// Momentum at the end.
     pub momentum: Momentum,
-    /// The longest integration step predicted stable at the start, seconds: 0 if none is, null if
-    /// every one is.
     pub stable_step: Option<f64>,
-    /// Hash of the last state, hexadecimal.
     pub state_hash: String,
-    /// Energy that the integrator has added; null if it added none.
-    pub energy_gain: Option<Gain>,
-    /// The most energy that was missing and that nothing took by any account, joules, where it is
-    /// more than a tenth of the most that was in motion; null where it is not.
+    pub energy_gain: Option<Value>,
     pub energy_loss: Option<f64>,
-    /// Change of the total energy, joules, which is the error of the method and of contact in it;
-    /// what adds up in a body at rest is left out. Null for a replay, in which a user does work.
     pub imbalance: Option<f64>,
-    /// How far the solves of an implicit method got, the worst of the run; null for others.
     pub solved: Option<Solved>,
-    /// Whether the run diverged; what is reported is then the last good state.
     pub diverged: bool,
-    /// Whether the user ended it before its time, by Ctrl-C.
     pub interrupted: bool,
-    /// What was done to the input, and what the user should know.
     pub notes: Vec<String>,
-    /// What may be wrong.
     pub warnings: Vec<String>,
-    /// Of a replay only: how it compares with what was recorded.
+    pub findings: Vec<Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub replay: Option<Comparison>,
 }
@@ -142,8 +98,8 @@ impl Chosen {
 pub struct Done {
     /// Steps taken.
     pub steps: u64,
-    /// Substeps taken, where they are not the same in every step.
-    pub substeps: Option<u64>,
+    /// Substeps taken.
+    pub substeps: u64,
     /// Automatic substeps.
     pub chosen: Option<Chosen>,
     /// Time simulated, seconds.
@@ -154,20 +110,18 @@ pub struct Done {
     pub diverged: bool,
     /// Whether the user ended it.
     pub interrupted: bool,
-    /// Energy that the integrator has added; `None` if it added none.
-    pub gain: Option<Gain>,
-    /// Change of the total energy that nothing explains, joules.
-    pub imbalance: Option<f64>,
-    /// The most energy that was missing, joules.
-    pub loss: Option<f64>,
-    /// How far the solves of an implicit method got.
-    pub solved: Option<Solved>,
-    /// The most pairs of triangles that were seen to cross at once.
-    pub crossed: Option<Crossed>,
-    /// The first surface that a solid was seen to go through.
-    pub pierced: Option<Pierced>,
-    /// The body of which most cells are flat or inside out at the end.
-    pub overturned: Option<Overturned>,
+}
+
+impl Done {
+    /// Notes a step of a run.
+    pub fn note(&mut self, runner: &Runner) {
+        let substeps = runner.settings().substeps;
+        self.steps += 1;
+        self.substeps += u64::from(substeps);
+        if runner.is_automatic() && !runner.integrator().is_adaptive() {
+            self.chosen = Some(Chosen::now(self.chosen, substeps));
+        }
+    }
 }
 
 /// How a replay compares with what was recorded.
@@ -201,89 +155,6 @@ pub struct Distance {
     pub size: f64,
     /// When the root mean square distance passed a hundredth of the size, seconds; null if never.
     pub noticeable_at: Option<f64>,
-}
-
-/// Energy that nothing supplied.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Gain {
-    /// The most that was seen, joules; null where it is NaN or infinite.
-    joules: f64,
-    /// When it was first seen, simulated seconds.
-    since: f64,
-    /// The elastic energy when it was the most, joules.
-    #[serde(skip)]
-    elastic: f64,
-}
-
-impl Gain {
-    /// What is known after another look, at which there was so much elastic energy.
-    pub fn now(before: Option<Gain>, joules: f64, (time, elastic): (f64, f64)) -> Option<Gain> {
-        match before {
-            None if 0.0 < joules => Some(Gain { joules, since: time, elastic }),
-            Some(gain) if gain.joules < joules => Some(Gain { joules, elastic, ..gain }),
-            known => known,
-        }
-    }
-
-    /// Whether it is the softness of XPBD: its constraints yield more than springs of their
-    /// stiffness, and what these would store then is more than the motion has given them.
-    pub fn is_softness(&self, integrator: Integrator) -> bool {
-        integrator == Integrator::Xpbd && self.joules <= self.elastic
-    }
-
-    /// The warning that XPBD is soft; a substep as long as `resolving`, seconds, is not.
-    pub fn softness(&self, settings: Settings, resolving: f64) -> String {
-        let needed = (settings.step / resolving).ceil();
-        let needed = match needed.is_finite() && f64::from(settings.substeps) < needed {
-            true => format!(", about {needed} resolve the stiffness of this scene"),
-            false => String::new(),
-        };
-        format!(
-            "xpbd holds bodies softer than asked at {} substeps: springs as stiff as asked would \
-             store {} more than the motion gave them, since t = {}; take more substeps{needed}, or \
-             an implicit method",
-            settings.substeps,
-            quantity(self.joules, "J"),
-            quantity(self.since, "s")
-        )
-    }
-
-    /// The warning of it.
-    pub fn warning(&self, integrator: Integrator) -> String {
-        let Gain { joules, since, .. } = self;
-        format!(
-            "{integrator} is adding energy: {} that nothing supplied, first seen at t = {}; \
-             shorten the step or use another integrator",
-            quantity(*joules, "J"),
-            quantity(*since, "s")
-        )
-    }
-}
-
-/// Pairs of triangles that cross.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Crossed {
-    pairs: u64,
-    /// When, simulated seconds.
-    time: f64,
-}
-
-impl Crossed {
-    /// What is known after another count.
-    pub fn now(before: Option<Crossed>, pairs: u64, time: f64) -> Option<Crossed> {
-        let most = before.map_or(0, |before| before.pairs);
-        if most < pairs { Some(Crossed { pairs, time }) } else { before }
-    }
-
-    /// The warning of it.
-    pub fn warning(&self) -> String {
-        format!(
-            "{} pairs of surface triangles cross at t = {}, the most in this run; use more \
-             substeps, a larger `touch.thickness`, or a finer spacing",
-            self.pairs,
-            quantity(self.time, "s")
-        )
-    }
 }
 
 /// Energy, joules.
@@ -359,15 +230,30 @@ pub fn evaluations(integrator: Integrator) -> Option<u64> {
     }
 }
 
+/// A finding with its words.
+fn in_words(finding: &Finding) -> Value {
+    let mut value = serde_json::to_value(finding).unwrap_or_default();
+    value["sentence"] = finding.sentence().into();
+    value["advice"] = finding.advice().into();
+    value
+}
+
 impl RunReport {
     /// Collects what came of a run.
     pub fn new(prepared: Prepared, done: Done) -> Self {
-        let Prepared { name, notes, runner, stable, warnings, .. } = prepared;
+        let Prepared { name, notes, runner, stable, warnings, watch, .. } = prepared;
         let settings = runner.settings();
         let adaptive = settings.integrator.is_adaptive();
         let substeps = if adaptive { 1 } else { settings.substeps };
-        let steps = done.substeps.filter(|_| !adaptive);
-        let steps = steps.unwrap_or(done.steps * u64::from(substeps));
+        let steps = if adaptive { done.steps } else { done.substeps };
+        let findings = watch.findings(&runner);
+        let find = |is: fn(&Kind) -> bool| findings.iter().find(|finding| is(&finding.kind));
+        let gain = find(|kind| matches!(kind, Kind::EnergyAdded | Kind::TooSoft { .. }));
+        let loss = find(|kind| matches!(kind, Kind::EnergyLost | Kind::Damped));
+        let crossed = find(|kind| matches!(kind, Kind::CrossingTriangles));
+        let crossed = crossed.map(|found| json!({ "pairs": found.worst as u64, "time": found.at }));
+        let gain = gain.map(|found| json!({ "joules": found.worst, "since": found.since }));
+        let imbalance = (!watch.is_handled()).then(|| watch.read().witness.imbalance());
         let springs = runner.spring_count() as u64;
         let updates = evaluations(settings.integrator).map(|each| (steps * each * springs) as f64);
         let per_wall_second = |amount: f64| (0.0 < done.wall).then_some(amount / done.wall);
@@ -392,20 +278,21 @@ impl RunReport {
             energy: runner.energy().into(),
             contacts: runner.contacts(),
             touched: runner.touched(),
-            most_crossings: done.crossed,
-            pierced: done.pierced,
-            overturned: done.overturned,
+            most_crossings: crossed,
+            pierced: watch.read().pierced,
+            overturned: watch.read().overturned,
             momentum: runner.momentum(),
             stable_step: stable.is_finite().then_some(stable),
             state_hash: format!("{:016x}", state_hash(&runner.state())),
-            energy_gain: done.gain,
-            energy_loss: done.loss,
-            imbalance: done.imbalance,
-            solved: done.solved,
+            energy_gain: gain,
+            energy_loss: loss.map(|found| found.worst),
+            imbalance,
+            solved: watch.read().solved,
             diverged: done.diverged,
             interrupted: done.interrupted,
             notes,
             warnings,
+            findings: findings.iter().map(in_words).collect(),
             replay: None,
         }
     }

@@ -27,6 +27,7 @@ impl Session {
             self.history.push(std::mem::replace(&mut moment, later));
         }
         let shown = self.return_to(&moment);
+        self.watch.change(self.run.runner());
         self.refusal = shown.err().map(|error| error.to_string());
         self.failure = None;
         self.restart_twin();

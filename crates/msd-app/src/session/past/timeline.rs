@@ -11,7 +11,7 @@ const MOST_MARKS: usize = 1000;
 pub enum MarkKind {
     /// Something touched an obstacle that nothing had touched in the step before.
     Impact,
-    /// The step is over the limit, the method began to add energy, or the run stopped by itself.
+    /// The watch found something, or the run stopped by itself.
     Warning,
     /// Something was set, pinned or cut.
     Edit,
@@ -34,7 +34,7 @@ pub struct Timeline {
     marks: VecDeque<Mark>,
     contacts: u64,
     touched: bool,
-    warned: bool,
+    findings: usize,
 }
 
 impl Timeline {
@@ -60,16 +60,16 @@ impl Timeline {
         }
     }
 
-    /// Looks at a run after a step: contacts so far, and whether something is to be warned of.
-    pub(in crate::session) fn look(&mut self, step: u64, contacts: u64, warns: bool) {
+    /// Looks at a run after a step: contacts and findings so far.
+    pub(in crate::session) fn look(&mut self, step: u64, contacts: u64, findings: usize) {
         let touches = self.contacts < contacts;
         if touches && !self.touched {
             self.mark(step, MarkKind::Impact);
         }
-        if warns && !self.warned {
+        if self.findings < findings {
             self.mark(step, MarkKind::Warning);
         }
-        (self.contacts, self.touched, self.warned) = (contacts, touches, warns);
+        (self.contacts, self.touched, self.findings) = (contacts, touches, findings);
     }
 
     /// Forgets what came after a step: the run goes on from there. Contacts are counted on.
@@ -98,7 +98,7 @@ mod tests {
     fn an_impact_is_marked_where_contact_begins() {
         let mut timeline = Timeline::default();
         for (step, contacts) in [(1, 0), (2, 3), (3, 5), (4, 5), (5, 6)] {
-            timeline.look(step, contacts, false);
+            timeline.look(step, contacts, 0);
         }
         let steps: Vec<u64> = timeline.marks().map(|mark| mark.step).collect();
         assert_eq!(steps, [2, 5]);

@@ -1,8 +1,6 @@
-//! Bodies that touch: their settings, and a count of surfaces that cross.
+//! Bodies that touch: their settings.
 
-mod crossings;
 mod settings;
 
-pub(super) use crossings::CrossingCount;
 pub(super) use settings::meet_as;
 pub use settings::{PairValues, TouchEdit, TouchValues, pairs_of, shells_of};

@@ -1,8 +1,9 @@
-//! The watch over a run, step by step: errors, NaN, energy.
+//! The judge of a run, step by step: errors, NaN, energy, beside what the watch finds.
 
 use crate::extremes::outcome::{Outcome, Verdict};
 use msd_core::glam::DVec3;
-use msd_core::{Error, Real, Scene, Settings, Simulation, Vector, Witness};
+use msd_core::{Error, Real, Scene, Settings, Vector};
+use msd_run::{Finding, Kind, Runner, Watch, on};
 use msd_scene::Precision;
 
 /// A run to judge.
@@ -36,40 +37,34 @@ pub enum Measure<'a> {
 
 /// Runs and judges.
 pub fn judge(task: &Task<'_>, measure: &Measure<'_>) -> Verdict {
-    match task.precision {
-        Precision::F32 => judge_in::<f32>(task, measure),
-        Precision::F64 => judge_in::<f64>(task, measure),
-    }
-}
-
-fn judge_in<R: Real>(task: &Task<'_>, measure: &Measure<'_>) -> Verdict {
-    let mut simulation = match Simulation::<R>::new(task.scene, task.settings) {
-        Ok(simulation) => simulation,
+    let mut runner = match Runner::new(task.scene, task.settings, task.precision) {
+        Ok(runner) => runner,
         Err(error) => return Verdict::ended(Outcome::Refused, error.to_string()),
     };
-    let mut course = Course::new(&simulation);
+    let mut course = Course::new(&runner, task.scene);
     let mut largest = 0.0;
     for step in 0..task.steps {
-        if let Err(error) = simulation.step() {
+        if let Err(error) = runner.step() {
             return ended(&error);
         }
-        if !is_sound(&simulation) {
-            let said = format!("in step {}", simulation.steps());
+        if !is_sound(&runner) {
+            let said = format!("in step {}", runner.steps());
             return Verdict::ended(Outcome::NotANumber, said);
         }
-        course.follow(&simulation, 4 * step >= 3 * task.steps);
+        course.follow(&runner, 4 * step >= 3 * task.steps);
         if let Measure::Largest(error) = measure {
-            largest = f64::max(largest, error_of(&simulation, error));
+            largest = f64::max(largest, error_of(&runner, error));
         }
-        if simulation.work().is_some_and(|work| task.evaluations < work.evaluations) {
+        let work = on!(&runner, simulation => simulation.work());
+        if work.is_some_and(|work| task.evaluations < work.evaluations) {
             break;
         }
     }
     let error = match measure {
         Measure::Largest(_) => largest,
-        Measure::Last(error) => error_of(&simulation, error),
+        Measure::Last(error) => error_of(&runner, error),
     };
-    Verdict { outcome: course.outcome(error), error: Some(error), said: None }
+    Verdict { outcome: course.outcome(&runner, error), error: Some(error), said: None }
 }
 
 fn ended(error: &Error) -> Verdict {
@@ -81,21 +76,24 @@ fn ended(error: &Error) -> Verdict {
     Verdict::ended(outcome, error.to_string())
 }
 
-fn error_of<R: Real>(simulation: &Simulation<R>, error: &Ruler<'_>) -> f64 {
-    error(simulation.time(), &|particle| simulation.position(particle).to_f64())
+fn error_of(runner: &Runner, error: &Ruler<'_>) -> f64 {
+    on!(runner, simulation => {
+        error(simulation.time(), &|particle| simulation.position(particle).to_f64())
+    })
 }
 
 /// Whether everything that a step left is a number.
-fn is_sound<R: Real>(simulation: &Simulation<R>) -> bool {
-    let finite = |vector: R::Vec3| vector.extent().to_f64().is_finite();
-    let mut rows = simulation.positions().chain(simulation.velocities());
-    rows.all(finite) && !simulation.energy().total().is_nan()
+fn is_sound(runner: &Runner) -> bool {
+    let finite = on!(runner, simulation => {
+        let mut rows = simulation.positions().chain(simulation.velocities());
+        rows.all(|vector| vector.extent().to_f64().is_finite())
+    });
+    finite && !runner.energy().total().is_nan()
 }
 
-/// The energy of a run, seen by a witness and, another way, by the judge of the witness.
+/// The energy of a run, seen by the watch and, another way, by the judge of the watch.
 struct Course {
-    witness: Witness,
-    told: bool,
+    watch: Watch,
     /// Kinetic, elastic and gravitational energy at the start, joules.
     start: f64,
     /// Sum and number of the same over the last quarter, and the largest kinetic and elastic part.
@@ -103,29 +101,23 @@ struct Course {
     moving: f64,
     /// What rounding may have added, joules.
     rounding: f64,
-    handled: bool,
 }
 
 impl Course {
-    fn new<R: Real>(simulation: &Simulation<R>) -> Self {
-        let mut witness = Witness::default();
-        let energy = witness.watch(simulation);
+    fn new(runner: &Runner, scene: &Scene) -> Self {
         Course {
-            witness,
-            told: false,
-            start: energy.mechanical(),
+            watch: Watch::new(runner, scene),
+            start: runner.energy().mechanical(),
             late: (0.0, 0),
             moving: 0.0,
             rounding: 0.0,
-            handled: false,
         }
     }
 
-    fn follow<R: Real>(&mut self, simulation: &Simulation<R>, late: bool) {
-        self.witness.watch(simulation);
-        self.told |= 0.0 < self.witness.gain();
-        self.handled |= simulation.is_handled();
-        let (energy, rounding) = simulation.energy_and_rounding();
+    fn follow(&mut self, runner: &Runner, late: bool) {
+        self.watch.read_energy(runner);
+        self.watch.step(runner);
+        let (energy, rounding) = on!(runner, simulation => simulation.energy_and_rounding());
         self.rounding += rounding;
         if late {
             self.late.0 += energy.mechanical();
@@ -135,15 +127,19 @@ impl Course {
     }
 
     /// An energy that is on average over the last quarter above that of the start by half of what
-    /// moves is a gain, by another measure than that of the witness.
-    fn outcome(&self, error: f64) -> Outcome {
+    /// moves is a gain, by another measure than that of the watch.
+    fn outcome(&self, runner: &Runner, error: f64) -> Outcome {
+        use Kind::{EnergyAdded, EnergyRisen, Squeezed, TooSoft};
         let mean = self.late.0 / self.late.1.max(1) as f64;
-        let gained = !self.handled
+        let gained = !self.watch.is_handled()
             && 0 < self.late.1
             && 0.5 * self.moving + self.rounding < mean - self.start;
+        let says = |found: &Finding| {
+            matches!(found.kind, EnergyAdded | TooSoft { .. } | EnergyRisen | Squeezed)
+        };
         match () {
-            () if gained && !self.told => Outcome::HiddenGain,
-            () if gained || 0.0 < self.witness.gain() => Outcome::Growing,
+            () if gained && !self.watch.findings(runner).iter().any(says) => Outcome::HiddenGain,
+            () if gained || 0.0 < self.watch.read().witness.gain() => Outcome::Growing,
             () if error <= ACCURATE => Outcome::Accurate,
             () => Outcome::Bounded,
         }

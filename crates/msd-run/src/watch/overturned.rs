@@ -64,6 +64,9 @@ impl Cells {
 
     /// The body of which most corners are flat or inside out now; `None` if none are.
     pub fn overturned(&self, runner: &Runner) -> Option<Overturned> {
+        if self.0.iter().all(|(_, corners)| corners.is_empty()) {
+            return None;
+        }
         let places = places(runner);
         let count = |(body, corners): &(usize, Vec<Corner>)| {
             let is_lost = |(corner, start): &&Corner| volume(&places, corner) < FLAT * start;
