@@ -44,9 +44,12 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let diverged =
         diverged.map(|error| explain_divergence(&prepared.name, error, advice.as_deref()));
     let advice = advice.filter(|_| diverged.is_none());
+    // Cells that flew apart say nothing of the material.
+    if diverged.is_none() {
+        watch.count_overturned(&prepared.runner);
+    }
     let ended = diverged.or_else(|| is_interrupted.then(|| interrupted(&prepared.runner)));
     watch.count_crossings(&prepared.runner);
-    watch.count_overturned(&prepared.runner);
     let warnings = watch.warnings(prepared.runner.settings(), advice.as_deref());
     warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));
     prepared.warnings.extend(warnings);
