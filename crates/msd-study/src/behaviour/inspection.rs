@@ -328,8 +328,9 @@ fn alone(scene: &Scene, body: &Body, Joints { bends, volumes }: Joints) -> Scene
 /// of a frame.
 ///
 /// Bent to a cylinder of curvature κ along n, a particle at x rises by κ (n·x)²/2. A bend then
-/// stores k (Σ w (n·x)²/2)² κ²/2, and shares that among its particles by their weights. Particles near
-/// an edge have too few bends: the one with most counts. `extents` are what the particles stand for.
+/// stores k (Σ w (n·x)²/2)² κ²/2, and shares that among its particles by their weights. Particles
+/// near an edge have too few bends: the one with most counts. `extents` are what the particles
+/// stand for.
 fn bending(alone: &Scene, extents: &[f64], filled: Filled, frame: [DVec3; 3]) -> Option<[f64; 2]> {
     if alone.bends.is_empty() || 2 < filled.dimensions {
         return None;
