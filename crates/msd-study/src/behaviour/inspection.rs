@@ -358,9 +358,9 @@ fn bending(alone: &Scene, extents: &[f64], filled: Filled, frame: [DVec3; 3]) ->
     (0.0 < found[1]).then_some(found)
 }
 
-/// The part of a sheet or a rope that each particle stands for, square metres or metres: half of its
-/// springs, or of each triangle what the angle there is of all three, so that a square counts
-/// alike whichever way it is cut. Masses do not say it: more may be put on a particle.
+/// The part of a sheet or a rope that each particle stands for, square metres or metres: half of
+/// its springs, or of each triangle the share that its angle there has in half a turn, so that a
+/// square counts alike whichever way it is cut. A mass may have more put on it, so it says nothing.
 fn extents(scene: &Scene, body: &Body, dimensions: u32) -> Vec<f64> {
     let mut extents = vec![0.0; body.particles.len()];
     let first = body.particles.start;
