@@ -54,7 +54,7 @@ impl Kind {
             }
             (_, false) => refused("pictures are written as PNG; end the name in .png"),
             (_, true) => refused(
-                "its ending tells no film; end the name in .webp, .gif or %04d.png, or in .mp4, \
+                "unknown extension; end the name in .webp, .gif or %04d.png, or in .mp4, \
                  .webm, .mov or .mkv, which take ffmpeg",
             ),
         }

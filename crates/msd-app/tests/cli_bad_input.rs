@@ -62,7 +62,7 @@ fn a_scene_that_is_none_is_refused() {
         ("folder.toml", &["folder.toml: cannot be read"]),
         ("folder.obj", &["folder.obj"]),
         (".", &["it is a folder"]),
-        ("cut.csv", &["its ending tells no format"]),
+        ("cut.csv", &["unknown extension"]),
         ("binary.toml", &["binary.toml: cannot be read: it is not UTF-8 text"]),
         (
             "tiny.toml",

@@ -215,7 +215,7 @@ fn what_is_no_film_is_refused_before_the_run() {
     };
     refuse("a.png", &frames, "a.png: a picture per frame needs its number in the name");
     refuse("a.gif", &[], "a.gif: a film takes --frames FROM:TO:EVERY");
-    refuse("a.avi", &frames, "a.avi: its ending tells no film");
+    refuse("a.avi", &frames, "a.avi: unknown extension");
     let quantities = "[possible values: strain, force, energy, speed]";
     refuse("a.png", &["--colour-by", "error"], quantities);
     refuse("a.png", &["--full-scale", "0"], "must be a number, positive and finite");

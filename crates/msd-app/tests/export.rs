@@ -139,7 +139,7 @@ fn what_no_file_can_be_written_as_is_refused_before_the_run() {
     refuse(&run("a.txt"), &format!("a.txt: no state is written as .txt; {endings}"));
     refuse(&run("a.pc2"), "a.pc2: a .pc2 file holds a run over time, which msd export writes");
     let export = |to, duration| ["export", "chain", "--to", to, "--duration", duration];
-    refuse(&export("a.blend", "1e6"), "a.blend: its ending tells no format; end the name in .csv");
+    refuse(&export("a.blend", "1e6"), "a.blend: unknown extension; end the name in .csv");
     refuse(&export("nowhere/a.npz", "1e4"), "nowhere/a.npz: cannot be written");
     refuse(&export("a.glb", "1e4"), "at most 1000 moments, not 300001; lengthen --every");
     let fast = [&export("a.npz", "1")[..], &["--every", "1e-3"]].concat();

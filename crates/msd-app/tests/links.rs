@@ -322,7 +322,7 @@ fn what_a_link_holds_and_is_no_scene_is_refused_in_one_line() {
     };
     for (file, text_of_file, words) in [
         ("a.toml", "version = 1\nbodies = 3", "a.toml"),
-        ("a.exe", "", "its ending tells no format"),
+        ("a.exe", "", "unknown extension"),
         ("a.msd", "no run", "a.msd"),
         ("a\n\nb.toml", "version", "b.toml"),
     ] {

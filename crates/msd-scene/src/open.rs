@@ -330,11 +330,9 @@ fn unknown_scene(name: &str, path: &Path) -> FileError {
     let meant = beside(path).or_else(|| nearest(name, names).map(str::to_owned));
     let hint = match meant {
         Some(near) => format!("did you mean `{near}`?"),
-        None => format!(
-            "it is no file ending in .toml, .json, .msd or as a mesh does; the built-in scenes \
-             are {}",
-            names.join(", ")
-        ),
+        None => {
+            format!("no file has that name; the built-in scenes are {}", names.join(", "))
+        }
     };
     FileError::UnknownScene { name: name.into(), hint }
 }
@@ -353,7 +351,7 @@ fn beside(path: &Path) -> Option<String> {
 
 fn no_format() -> String {
     format!(
-        "its ending tells no format; a scene file ends in .toml or .json, a saved run in .msd, a \
+        "unknown extension; a scene file ends in .toml or .json, a saved run in .msd, a \
          mesh in .{}",
         MESH_ENDINGS.join(", .")
     )

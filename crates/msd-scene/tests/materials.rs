@@ -395,7 +395,7 @@ fn a_body_that_cannot_carry_its_own_weight_is_in_a_note_and_one_that_can_is_in_n
     let down = "[0, -9.82, 0]";
     let found = note(block, 2000.0, down).expect("a note");
     assert!(found.contains("3.928e3 Pa") && found.contains("196 %"), "{found}");
-    assert!(note(block, 7855.0, down).expect("a note").contains("is squeezed by 50 %"));
+    assert!(note(block, 7855.0, down).expect("a note").contains("Pa, 50 % of its Young's"));
     assert_eq!(note(block, 7857.0, down), None);
     assert_eq!(note(block, 2000.0, "[0, 0, 0]"), None);
     // Gravity along another axis, of a block that is longer there.

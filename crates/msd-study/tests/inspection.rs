@@ -63,6 +63,22 @@ fn a_solid_a_sheet_and_a_rope_amount_to_their_material_however_they_are_turned()
 }
 
 #[test]
+fn masses_put_on_particles_leave_moduli_as_they_are() {
+    let keys = "spacing = 0.1\nyoung = 5e4\ndensity = 800\n";
+    let rope = format!("kind = 'rope'\nsize = [7]\ndiameter = 0.02\n{keys}");
+    let sheet = format!("kind = 'cloth'\nsize = [6, 7]\nthickness = 0.01\n{keys}");
+    for body in [rope, sheet] {
+        let [bare, laden] = ["", "[[masses]]\nset = 'last'\nmass = 3\n"]
+            .map(|masses| only(&format!("{body}{masses}")));
+        assert!(bare.mass + 2.9 < laden.mass);
+        let pairs = bare.bending.expect("bends").into_iter().zip(laden.bending.expect("bends"));
+        pairs.for_each(|(bare, laden)| is_near(laden, bare));
+        let [bare, laden] = [bare, laden].map(|body| body.moduli.expect("moduli").range());
+        bare.into_iter().zip(laden).for_each(|(bare, laden)| is_near(laden, bare));
+    }
+}
+
+#[test]
 fn the_fastest_motion_of_two_particles_is_that_of_the_textbook() {
     let pair = only("kind = 'rope'\nsize = [2]\nmass = 2\nstiffness = 100");
     // w² = k (1/m + 1/m).

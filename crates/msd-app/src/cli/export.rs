@@ -139,10 +139,7 @@ fn format_of(to: &Path) -> Result<Format, Failure> {
     let format = Format::of(to).ok_or_else(|| {
         let endings = Format::ALL.map(|format| format!(".{}", format.ending()));
         let [others @ .., last] = &endings;
-        refused(format!(
-            "its ending tells no format; end the name in {} or {last}",
-            others.join(", ")
-        ))
+        refused(format!("unknown extension; end the name in {} or {last}", others.join(", ")))
     })?;
     match format.missing() {
         Some(instead) => Err(refused(instead.into())),

@@ -87,7 +87,7 @@ fn body_lines(body: &Inspection, asked: Option<f64>) -> Vec<String> {
         }
     }
     if body.is_open {
-        lines.push("  its volume cannot be told: its surface has holes".into());
+        lines.push("  its volume is unknown: its surface has holes".into());
     }
     lines.push(format!("  fastest motion {}", quantity(body.fastest, "Hz")));
     if let Some(first) = body.slowest.first() {
@@ -108,7 +108,7 @@ fn body_lines(body: &Inspection, asked: Option<f64>) -> Vec<String> {
 fn pulled_line([least, most]: [f64; 2], asked: Option<f64>) -> String {
     let off = asked.map(|young| {
         let [least, most] = [least, most].map(|modulus| 100.0 * (modulus / young - 1.0));
-        format!(": {least:+.1} % to {most:+.1} % of what was asked")
+        format!(": {least:+.1} % to {most:+.1} % off the `young` given")
     });
     format!(
         "  pulled at its surface {} to {} Pa, a ratio of {}{}",

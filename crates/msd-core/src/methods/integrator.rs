@@ -78,7 +78,7 @@ impl Integrator {
             Integrator::DormandPrince => "as accurate as you ask; chooses its own substeps",
             Integrator::BackwardEuler => "for a few very stiff springs: it calms motion",
             Integrator::ImplicitMidpoint => "for stiff springs that go on swinging",
-            Integrator::Xpbd => "cheap and never blows up: wrong by 5 % or more",
+            Integrator::Xpbd => "cheap, stable without contact: 5 % off or more",
         }
     }
 

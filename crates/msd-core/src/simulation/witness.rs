@@ -57,6 +57,10 @@ const REST: f64 = 1e-6;
 /// remainder of a motion that has died out is the error of the method, and comes and goes.
 const NOISE: f64 = 1e-7;
 
+/// How many times the root of the sum of their squares what rounding has added may be: roundings
+/// of different substeps have nothing in common, those of one may have all.
+const ROUNDINGS: f64 = 4.0;
+
 /// Watches the energy of one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Witness {
@@ -95,14 +99,17 @@ struct Balance {
     count: usize,
     /// The largest kinetic energy of this window, joules.
     kinetic: f64,
-    /// What rounding can have added since the first sample, joules.
+    /// What rounding can have added since the first sample, joules, where all of it has one sign.
     rounding: f64,
+    /// The sum of the squares of what it can have added in each substep, square joules.
+    squares: f64,
 }
 
 impl Balance {
-    /// Takes a sample; `most` is the most kinetic and elastic energy so far.
-    fn take(&mut self, energy: Energy, rounding: f64, most: f64) {
-        self.rounding += rounding;
+    /// Takes a sample after so many substeps; `most` is the most kinetic and elastic energy so far.
+    fn take(&mut self, energy: Energy, (rounding, substeps): (f64, f64), most: f64) {
+        self.rounding += rounding * substeps;
+        self.squares += rounding * rounding * substeps;
         let total = energy.total();
         self.change += self.last.map_or(0.0, |last| total - last);
         self.last = Some(total);
@@ -121,6 +128,11 @@ impl Balance {
             self.change = self.settled;
         }
         (self.settled, self.kinetic) = (self.change, 0.0);
+    }
+
+    /// What rounding may have added to the change, joules.
+    fn noise(&self) -> f64 {
+        ROUNDINGS * self.squares.sqrt()
     }
 
     /// The rise and the fall that the last samples have in common, joules; one is not positive.
@@ -162,7 +174,7 @@ impl Witness {
             let steps = if self.reference.is_none() { 0 } else { steps };
             let contacts = simulation.contacts();
             self.fed = contacts.added - contacts.taken;
-            self.see(energy, rounding * substeps * steps as f64);
+            self.take(energy, (rounding, substeps * steps as f64));
             self.seen = simulation.steps();
         }
         energy
@@ -171,6 +183,12 @@ impl Witness {
     /// Takes a sample of the energy; `rounding` is the energy that rounding can have added since
     /// the last one, joules.
     pub fn see(&mut self, energy: Energy, rounding: f64) {
+        self.take(energy, (rounding, 1.0));
+    }
+
+    /// Takes a sample after so many substeps, in each of which rounding can have added so much,
+    /// joules.
+    fn take(&mut self, energy: Energy, (rounding, substeps): (f64, f64)) {
         let moving = energy.kinetic + energy.elastic;
         let now = energy.mechanical() - energy.supplied;
         if self.reference.is_none() {
@@ -180,9 +198,9 @@ impl Witness {
         let reference = *self.reference.get_or_insert(now);
         let window = &mut self.window;
         let most = Real::max(self.most, Real::max(window.scale, moving));
-        self.balance.take(energy, rounding, most);
+        self.balance.take(energy, (rounding, substeps), most);
         let driven = self.supplied[2] - self.supplied[0];
-        let allowed = FRACTION * (most + driven) + self.balance.rounding;
+        let allowed = FRACTION * (most + driven) + self.balance.noise();
         let told = |change: f64| if allowed < change { change } else { 0.0 };
         [self.rise, self.loss] = self.balance.lasting().map(told);
         if window.count == 0 || now < window.lowest {
@@ -192,7 +210,7 @@ impl Witness {
             window.highest = now;
         }
         window.count += 1;
-        self.rounding += rounding;
+        self.rounding += rounding * substeps;
         window.highest = Real::max(window.highest, now);
         window.scale = Real::max(window.scale, moving);
         if !now.is_finite() {
@@ -259,13 +277,13 @@ impl Witness {
     /// elastic energy so far, joules; before the end of the first window by more than half of it.
     /// Else 0.
     pub fn surplus(&self) -> f64 {
-        let Balance { change, rounding, .. } = self.balance;
+        let change = self.balance.change;
         let allowed = match self.most {
             0.0 if self.window.count < EARLY => f64::INFINITY,
             0.0 => 0.5 * self.window.scale,
             _ => self.at_stake(),
         };
-        if allowed + rounding < change { change } else { 0.0 }
+        if allowed + self.balance.noise() < change { change } else { 0.0 }
     }
 
     /// Energy that the integrator has added for good, joules: 0 if none was seen, infinite if the

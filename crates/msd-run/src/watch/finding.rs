@@ -237,7 +237,9 @@ impl Finding {
                 "use more substeps, a finer spacing, stiffer springs or a slower solid, or \
                  `springs = true` of a thin one"
             }
-            Kind::InsideOut(_) => "use a stiffer material, a finer spacing or a softer impact",
+            Kind::InsideOut(_) => {
+                "use a stiffer material, a softer impact or, for a block, `poisson = 0.45`"
+            }
             Kind::LostDigits { .. } => "use f64, or move the scene to the origin",
         };
         text.to_owned()

@@ -193,7 +193,7 @@ impl Watch {
         self.is_handled
     }
 
-    fn count_crossings(&mut self, runner: &Runner) {
+    pub fn count_crossings(&mut self, runner: &Runner) {
         self.read.crossings = runner.touched().map(|touched| touched.crossings);
     }
 

@@ -434,11 +434,10 @@ pub(super) fn overburdened(scene: &Scene, made: &[Option<Made>]) -> Vec<String> 
         if pressure <= MOST_STRAIN * young {
             return None;
         }
-        let end = if pressure < young { "is squeezed by" } else { "collapses: that is" };
         Some(format!(
             "bodies[{row}] ({}) cannot carry its own weight: where it stands its foot bears \
-             density * gravity * height = {pressure:.3e} Pa, and {end} {:.0} % of its Young's \
-             modulus; with a `young` of {:.1e} Pa it is squeezed by a tenth",
+             density * gravity * height = {pressure:.3e} Pa, {:.0} % of its Young's modulus; with \
+             a `young` of {:.1e} Pa its foot is squeezed by a tenth",
             body.name,
             100.0 * pressure / young,
             10.0 * pressure

@@ -1,12 +1,12 @@
 //! The material that the bodies of a scene amount to: mass, moduli by direction, fastest motion.
 
 use super::pulled::Pulled;
-use core::f64::consts::TAU;
+use core::f64::consts::{PI, TAU};
 use msd_core::glam::DVec3;
 use msd_core::scene::Between;
 use msd_core::stability::Mode;
 use msd_core::{
-    Bend, Body, Error, Moduli, Particle, Pin, Scene, Settings, Shell, Simulation, Spring, Volume,
+    Bend, Body, Error, Moduli, Pin, Scene, Settings, Shell, Simulation, Spring, Volume,
 };
 use serde::Serialize;
 
@@ -186,7 +186,9 @@ fn inspect_body(scene: &Scene, body: &Body, joints: Joints) -> Result<Inspection
             springs.iter().map(across).all(|way| way.dot(*axis).abs() <= 1e-6 * way.length())
         })
     });
-    let bending = flat.and_then(|filled| bending(&alone, filled, frame));
+    let bending = flat.and_then(|filled| {
+        bending(&alone, &extents(scene, body, filled.dimensions), filled, frame)
+    });
     let (slowest, slowest_unknown) = match slowest(&simulation, &alone) {
         Ok(slowest) => (slowest, None),
         Err(why) => (Vec::new(), Some(why)),
@@ -326,14 +328,13 @@ fn alone(scene: &Scene, body: &Body, Joints { bends, volumes }: Joints) -> Scene
 /// of a frame.
 ///
 /// Bent to a cylinder of curvature κ along n, a particle at x rises by κ (n·x)²/2. A bend then
-/// stores k (Σ w (n·x)²/2)² κ²/2, and shares that among its particles by their weights; a particle
-/// stands for its part of the mass. Particles near an edge have too few bends: the one with most
-/// counts.
-fn bending(alone: &Scene, filled: Filled, frame: [DVec3; 3]) -> Option<[f64; 2]> {
+/// stores k (Σ w (n·x)²/2)² κ²/2, and shares that among its particles by their weights. Particles
+/// near an edge have too few bends: the one with most counts. `extents` are what the particles
+/// stand for.
+fn bending(alone: &Scene, extents: &[f64], filled: Filled, frame: [DVec3; 3]) -> Option<[f64; 2]> {
     if alone.bends.is_empty() || 2 < filled.dimensions {
         return None;
     }
-    let mass: f64 = alone.particles.iter().map(|row| row.mass).sum();
     let along = |way: DVec3| {
         let mut shares = vec![0.0; alone.particles.len()];
         for bend in &alone.bends {
@@ -349,14 +350,36 @@ fn bending(alone: &Scene, filled: Filled, frame: [DVec3; 3]) -> Option<[f64; 2]>
                 shares[end] += bend.stiffness * sum * sum * (weight.abs() / weights);
             }
         }
-        let stands_for = |row: &Particle| row.mass / mass * filled.size;
-        let rows = alone.particles.iter().zip(shares);
-        rows.map(|(row, share)| share / stands_for(row)).fold(0.0, f64::max)
+        extents.iter().zip(shares).map(|(extent, share)| share / extent).fold(0.0, f64::max)
     };
     let ways = lattice_ways(frame, filled.dimensions).into_iter().map(along);
     let range = |[least, most]: [f64; 2], found: f64| [least.min(found), most.max(found)];
     let found = ways.fold([f64::INFINITY, 0.0], range);
     (0.0 < found[1]).then_some(found)
+}
+
+/// The part of a sheet or a rope that each particle stands for, square metres or metres: half of
+/// its springs, or of each triangle the share that its angle there has in half a turn, so that a
+/// square counts alike whichever way it is cut. A mass may have more put on it, so it says nothing.
+fn extents(scene: &Scene, body: &Body, dimensions: u32) -> Vec<f64> {
+    let mut extents = vec![0.0; body.particles.len()];
+    let first = body.particles.start;
+    if dimensions == 1 {
+        for spring in &scene.springs[body.springs.clone()] {
+            let length = across(scene, spring).length();
+            spring.ends.iter().for_each(|end| extents[end - first] += 0.5 * length);
+        }
+    }
+    for corners in body.surface.particles() {
+        let corners = corners.map(|corner| corner as usize);
+        let [a, b, c] = corners.map(|corner| scene.particles[corner].position);
+        let area = 0.5 * (b - a).cross(c - a).length();
+        let angles = [(b - a, c - a), (c - b, a - b), (a - c, b - c)];
+        for (corner, (to, other)) in corners.into_iter().zip(angles) {
+            extents[corner - first] += area * to.angle_between(other) / PI;
+        }
+    }
+    extents
 }
 
 fn across(scene: &Scene, spring: &Spring) -> DVec3 {

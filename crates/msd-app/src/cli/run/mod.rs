@@ -41,8 +41,12 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
         diverged.map(|error| explain_divergence(&prepared.name, error, advice.as_deref()));
     (done.diverged, done.interrupted) = (diverged.is_some(), is_interrupted);
     let advice = advice.filter(|_| diverged.is_none());
+    // Cells that flew apart say nothing of the material.
+    match diverged {
+        None => prepared.watch.count(&prepared.runner),
+        Some(_) => prepared.watch.count_crossings(&prepared.runner),
+    }
     let ended = diverged.or_else(|| is_interrupted.then(|| interrupted(&prepared.runner)));
-    prepared.watch.count(&prepared.runner);
     prepared.warn(advice.as_deref());
     let unwritten = files.finish(&prepared.runner);
     prepared.warnings.extend(unwritten.clone());
