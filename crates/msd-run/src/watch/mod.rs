@@ -193,6 +193,7 @@ impl Watch {
         self.is_handled
     }
 
+    /// Counts the triangles that cross.
     pub fn count_crossings(&mut self, runner: &Runner) {
         self.read.crossings = runner.touched().map(|touched| touched.crossings);
     }
