@@ -3,8 +3,9 @@
 use crate::error::{FileError, plain};
 use crate::file::bodies::{Builder, MeshReader};
 use crate::file::budget::Budget;
+use crate::file::check::domain_of;
 use crate::file::decode::decode;
-use crate::file::domain::Domain;
+use crate::file::keys::Domain;
 use crate::file::look::{look, viewpoint};
 use crate::file::obstacles::{Solids, plane};
 use crate::file::schema::elsewhere::elsewhere;
@@ -15,7 +16,7 @@ use crate::file::sets::materials::set_materials;
 use crate::file::sets::pins::{load, masses, pins};
 use crate::file::substance::overburdened;
 use crate::file::touch::{pierced, started_in_each_other, started_inside, touch};
-use crate::file::tree::Source;
+use crate::file::tree::{Source, Value};
 use crate::materials::Made;
 use crate::precision::Precision;
 use crate::rounding::Rounding;
@@ -139,8 +140,9 @@ fn fitting(scene: &Scene, notes: &mut Vec<String>) -> Precision {
 
 /// Whether substeps are automatic, or how many there are.
 fn substeps(source: &Source<'_>, solver: &SolverRow) -> Result<Substeps, FileError> {
-    match (solver.step, solver.substeps) {
-        (Some(StepLength::Auto), Some(Substeps::Count(_))) => {
+    let step = source.walk("solver.step").last().flatten().map(|node| &node.value);
+    match (step, solver.substeps) {
+        (Some(Value::Text(_)), Some(Substeps::Count(_))) => {
             let reason = "= \"auto\" and a number of solver.substeps exclude each other";
             Err(source.refuse(format_args!("solver.step"), reason))
         }
@@ -155,14 +157,12 @@ fn settings(
     substeps: Substeps,
 ) -> Result<Settings, FileError> {
     let step = match (solver.step, solver.steps_per_second) {
-        (Some(StepLength::Seconds(_)), Some(_)) => {
+        (StepLength::Seconds(_), Some(_)) => {
             let reason = "and solver.steps_per_second exclude each other";
             return Err(source.refuse(format_args!("solver.step"), reason));
         }
-        (Some(StepLength::Seconds(step)), None) => {
-            source.number(format_args!("solver.step"), step)?
-        }
-        (Some(StepLength::Auto) | None, rate) => {
+        (StepLength::Seconds(step), None) => source.number(format_args!("solver.step"), step)?,
+        (StepLength::Auto, rate) => {
             let rate = rate.unwrap_or(60.0);
             1.0 / source.number(format_args!("solver.steps_per_second"), rate)?
         }
@@ -180,7 +180,7 @@ fn settings(
             Some(rate) => ("solver.steps_per_second", rate),
             None => ("solver.step", step),
         };
-        let expected = Domain::of(key).words();
+        let expected = domain_of(key).words();
         return Err(source.out_of_domain(format_args!("{key}"), plain(value), expected));
     }
     let tolerance = solver.tolerance.unwrap_or(default.tolerance);

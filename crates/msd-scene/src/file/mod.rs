@@ -1,17 +1,18 @@
 //! Scene files: text, tree of values, rows, scene.
 //!
 //! A text is read into a [`tree`] of values that know where they were written, some of which may
-//! be replaced; [`decode`] makes the rows of the [`schema`] of it; [`build`] checks each number
-//! against its [`domain`] and makes the rows of a scene, obstacle by obstacle ([`obstacles`]) and
-//! body by body ([`bodies`], [`substance`], [`look`]), within a [`budget`] of memory. [`sets`] are
+//! be replaced; [`decode`] makes the rows of the [`schema`] of it, each of whose [`keys`] stands
+//! once. [`build`] checks each number against its domain ([`check`]) and makes the rows of a
+//! scene, obstacle by obstacle ([`obstacles`]) and body by body ([`bodies`], [`substance`], [`look`]), within a [`budget`] of memory. [`sets`] are
 //! particles that pins hold and links join.
 //! [`refusals`] finds what else is wrong with a file that was refused.
 //! [`refine`] makes the same scene at a part of its spacing.
 
 pub mod tree;
+pub mod keys;
 mod decode;
 pub mod schema;
-pub mod domain;
+mod check;
 mod turn;
 mod budget;
 mod substance;

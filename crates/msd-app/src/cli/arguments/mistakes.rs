@@ -4,7 +4,7 @@ use super::Arguments;
 use crate::cli::failure::{Failure, say};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, CommandFactory};
-use msd_scene::domain::DOMAINS;
+use msd_scene::schema::SceneFile;
 use msd_scene::{nearest, tame};
 
 /// Prints the help that was asked for, or says in one line what is wrong with the arguments.
@@ -46,7 +46,8 @@ fn unknown_option(
     };
     let name = written.strip_prefix("--").filter(|_| error.kind() == ErrorKind::UnknownArgument)?;
     let key = name.replace('-', "_");
-    let keys = DOMAINS.iter().filter_map(|(path, _)| path.rsplit_once('.'));
+    let paths = SceneFile::TABLE.paths();
+    let keys = paths.iter().filter_map(|(path, _)| path.rsplit_once('.'));
     // Of keys of one name the one nearest to the top of the file; nobody means one far down.
     let known = keys.filter(|(table, last)| *last == key && table.matches('.').count() < 2);
     let known = known.min_by_key(|(table, _)| table.len());
