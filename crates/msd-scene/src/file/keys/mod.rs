@@ -1,8 +1,8 @@
 //! Keys of a scene file, one row each: what is read, checked, refined and documented.
 //!
 //! The rows of [`schema`](super::schema) are written once, by `rows!`, which makes of each the field
-//! that serde reads and the row of a [`KeyTable`]. From the tables come the domain of a number and
-//! the kinds that use a key.
+//! that serde reads and the row of a [`KeyTable`]. From the tables come the domain of a number, the
+//! kinds that use a key and the tables of `docs/scenes.md`.
 
 mod domain;
 
