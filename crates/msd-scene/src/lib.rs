@@ -34,7 +34,7 @@ pub use disk::{FileId, Output, Spool, write_file};
 pub use error::{FileError, Place, nearest, one_line, plain};
 pub use file::tree::{Assignment, key};
 pub use file::{
-    SceneFormat, decode, default_shell, format_of, keys, read_text, schema, tree,
+    SceneFormat, decode, default_shell, format_of, json_schema, keys, read_text, schema, tree,
 };
 pub use loaded::Loaded;
 pub use open::{

@@ -4,11 +4,12 @@ use msd_core::obstacles::Placed;
 use msd_core::{
     Error, Friction, Integrator, Neighbours, Pattern, Real, Scene, Settings, Shape, Simulation,
 };
-use msd_scene::mesh::{Filling, Format, MeshOptions, parse as parse_mesh};
+use msd_scene::mesh::{self, Filling, Format, MeshOptions, parse as parse_mesh};
 use msd_scene::schema::{SceneFile, find};
 use msd_scene::{
     Assignment, BUILTINS, Loaded, Precision, SceneFormat, open, open_set, parse, read, write,
 };
+use std::path::Path;
 
 fn toml(text: &str) -> Result<Loaded, String> {
     parse(text, SceneFormat::Toml, "s.toml").map_err(|error| error.to_string())
@@ -361,4 +362,24 @@ fn a_file_is_offered_for_its_name_without_the_ending() {
         let offered = format!("did you mean `{}`?", folder.path().join(file).display());
         assert!(error.ends_with(&offered), "{error}");
     }
+}
+
+#[test]
+fn a_name_that_stands_for_nothing_gets_the_nearest_one() {
+    let message = |name: &str| open(name).expect_err(name).to_string();
+    assert_eq!(message("jely"), "no scene `jely`: did you mean `jelly`?");
+    assert!(message("qqqq").contains("the built-in scenes are cube, jelly"));
+    assert!(message("none.toml").starts_with("none.toml: cannot be read"));
+    assert!(message("none.obj").contains("none.obj"));
+    assert!(message("/").contains("it is a folder"));
+}
+
+#[test]
+fn a_file_is_known_by_its_ending() {
+    let message = |path: &str| mesh::read(Path::new(path)).unwrap_err().to_string();
+    assert_eq!(
+        message("scene.toml"),
+        "scene.toml: unknown mesh format 'toml'; it must be one of obj, stl, ply, gltf, glb"
+    );
+    assert!(message("not/there.OBJ").starts_with("not/there.OBJ: cannot be read: "));
 }

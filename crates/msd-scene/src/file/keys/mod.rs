@@ -1,8 +1,9 @@
 //! Keys of a scene file, one row each: what is read, checked, refined and documented.
 //!
-//! The rows of [`schema`](super::schema) are written once, by `rows!`, which makes of each the field
-//! that serde reads and the row of a [`KeyTable`]. From the tables come the domain of a number, the
-//! kinds that use a key and the tables of `docs/scenes.md`.
+//! The rows of [`schema`](super::schema) are written once, by `rows!`, which makes of each the
+//! field that serde reads and the row of a [`KeyTable`]. From the tables come the domain of a
+//! number, the kinds that use a key, the exponents of a finer scene, the tables of `docs/scenes.md`
+//! and the JSON Schema.
 
 mod domain;
 
@@ -162,7 +163,7 @@ impl KeyRow {
         self.text.trim_start()
     }
 
-    /// Whether every table of its path has it. A scene without bodies is read, to be refused by name.
+    /// Whether a table must have it, whatever its kind.
     pub fn is_required(&self) -> bool {
         let is_of_all = self.kinds.is_empty() && self.needed.is_empty();
         self.default.is_none() || is_of_all && self.default == Some("must be given")
@@ -219,7 +220,8 @@ macro_rules! rows {
         )+}
     )+) => {$(
         $(#[doc = $about])+
-        #[derive($($marker,)? Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[derive($($marker,)? Clone, Debug, Default, PartialEq)]
+        #[derive(serde::Serialize, serde::Deserialize)]
         #[serde(deny_unknown_fields)]
         pub struct $row {$(
             $(#[doc = $what])+
