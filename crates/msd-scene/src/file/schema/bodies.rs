@@ -84,10 +84,10 @@ rows! {
         springs: Vec<SpringRow> = "none" { kinds: &["explicit"] },
         /// Mass of each particle, or of a whole mesh.
         mass: Option<f64> = "1" { unit: "kg", domain: Domain::Mass, scale: Scale::SHARE },
-        /// Stiffness of each spring.
+        /// Stiffness of each spring: force per length that it is stretched by.
         stiffness: Option<f64> = "1000; of a closed mesh 200, of an open mesh 1000"
             { unit: "N/m", domain: Domain::NotNegative, scale: Scale::SPRING },
-        /// Damping of each spring along its direction.
+        /// Damping of each spring along its direction: force per speed at which it stretches.
         damping: Option<f64> = "0; of a closed mesh 0.04, of an open mesh 0.2"
             { unit: "N s/m", domain: Domain::NotNegative, scale: Scale::SPRING },
         /// Where the origin of the body goes. The origin is the centre of a lattice or of the box
@@ -107,7 +107,7 @@ rows! {
         /// Name of a material.
         material: Option<String> = "none"
             { domain: Domain::Words("a name of [materials.md](materials.md)"), kinds: SPACED },
-        /// Young's modulus.
+        /// Young's modulus: how stiff the material is.
         young: Option<f64> = "that of the material"
             { unit: "Pa", domain: Domain::Positive, kinds: SPACED },
         /// Poisson's ratio. Of a block 0 to 0.45; its cells resist a change of volume too, unless
@@ -115,16 +115,17 @@ rows! {
         poisson: Option<f64> = "that of springs: 1/4 of a block or a mesh, 1/3 of a cloth or a \
                                 shell"
             { domain: Domain::Finite, kinds: BROAD },
-        /// Density.
+        /// Density: mass per volume.
         density: Option<f64> = "that of the material"
             { unit: "kg/m³", domain: Domain::Positive, kinds: SPACED },
-        /// Viscosity over modulus (Kelvin and Voigt): the damping of a spring over its stiffness.
+        /// Relaxation time, viscosity over modulus (Kelvin and Voigt): how long a strain takes to
+        /// die out. It is the damping of a spring over its stiffness.
         relaxation_time: Option<f64> = "that of the material, or 0"
             { unit: "s", domain: Domain::NotNegative, kinds: SPACED },
         /// Damping ratio of the lowest mode of the free body, without pins, instead of
         /// `relaxation_time`; of at most 4000 particles.
         damping_ratio: Option<f64> = "none" { domain: Domain::NotNegative, kinds: SPACED },
-        /// Thickness of a cloth or of the shell of a mesh.
+        /// Thickness of a cloth or of the shell of a mesh: it bends by its third power.
         thickness: Option<f64> = "must be given, unless the cloth is woven and has an \
                                   `area_density`"
             { unit: "m", domain: Domain::Positive, kinds: SHEETS },
