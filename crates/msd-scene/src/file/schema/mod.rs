@@ -8,10 +8,11 @@ use crate::file::keys::{Domain, Form, KeyRow, Written, rows};
 use crate::mesh::Filling;
 use crate::precision::Precision;
 use msd_core::{Integrator, Pattern};
-use serde::de::{Deserializer, Error, Unexpected, Visitor};
+use serde::de::{Deserializer, Error, IntoDeserializer, Unexpected, Visitor};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::marker::PhantomData;
 
 mod air;
 mod look;
@@ -65,11 +66,11 @@ rows! {
         /// Method.
         integrator: Option<Integrator> = "`velocity-verlet`",
         /// Length of a step; `"auto"` is another name for automatic substeps.
-        step: StepLength = "1/60" { unit: "s", domain: Domain::Step },
+        step: OrAuto<f64> = "1/60" { unit: "s", domain: Domain::Step },
         /// Steps per second, instead of `step`.
         steps_per_second: Option<f64> = "60" { unit: "Hz", domain: Domain::Rate },
         /// Substeps per step; one lasts `step / substeps`. `dormand-prince` does not use them.
-        substeps: Option<Substeps> = "`\"auto\"`"
+        substeps: Option<OrAuto<u64>> = "`\"auto\"`"
             { domain: Domain::Count(u32::MAX as u64, "from 1 to 4294967295, or \"auto\"") },
         /// Local error that `dormand-prince` allows per substep, as a fraction of the size of the
         /// scene.
@@ -97,121 +98,80 @@ macro_rules! choices {
 
 choices!(Integrator, Precision, Kind, SolidKind, Filling, Finish, Pattern);
 
-/// Substeps per step: so many, or as many as the predicted limit of stability asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Substeps {
-    /// Chosen from the prediction, and again as the run goes on: `"auto"`.
-    Auto,
-    /// So many.
-    Count(u64),
-}
-
-/// Length of a step.
+/// A value, or `"auto"` where msd chooses it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum StepLength {
-    /// That of `steps_per_second`, divided into automatic substeps: `"auto"`, which is not written.
+pub enum OrAuto<T> {
+    /// Chosen from the predicted limit of stability, and again as the run goes on.
     #[default]
     Auto,
-    /// So many seconds.
-    Seconds(f64),
+    /// This value.
+    Given(T),
 }
 
-/// How automatic substeps are written.
+/// How the choice of msd is written.
 const AUTO: &str = "auto";
 
-impl Written for StepLength {
-    const FORM: Form = Form::Either(&[Form::Number, Form::Choice(|| &[AUTO])]);
+impl<T: Written> Written for OrAuto<T> {
+    const FORM: Form = Form::Either(&[T::FORM, Form::Choice(|| &[AUTO])]);
 }
 
-impl Written for Substeps {
-    const FORM: Form = Form::Either(&[u64::FORM, Form::Choice(|| &[AUTO])]);
-}
-
-impl Serialize for StepLength {
+impl<T: Serialize> Serialize for OrAuto<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
-            StepLength::Auto => serializer.serialize_str(AUTO),
-            StepLength::Seconds(seconds) => serializer.serialize_f64(*seconds),
+            OrAuto::Auto => serializer.serialize_str(AUTO),
+            OrAuto::Given(value) => value.serialize(serializer),
         }
     }
 }
 
-impl<'de> Deserialize<'de> for StepLength {
+impl<'de, T: Deserialize<'de> + Written> Deserialize<'de> for OrAuto<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(StepVisitor)
+        deserializer.deserialize_any(AutoVisitor(PhantomData))
     }
 }
 
-struct StepVisitor;
+struct AutoVisitor<T>(PhantomData<T>);
 
-impl Visitor<'_> for StepVisitor {
-    type Value = StepLength;
+impl<'de, T: Deserialize<'de> + Written> AutoVisitor<T> {
+    fn given<E: Error>(
+        self,
+        value: impl Deserializer<'de, Error = E>,
+        written: Unexpected<'_>,
+    ) -> Result<OrAuto<T>, E> {
+        T::deserialize(value).map(OrAuto::Given).map_err(|_| E::invalid_value(written, &self))
+    }
+}
+
+impl<'de, T: Deserialize<'de> + Written> Visitor<'de> for AutoVisitor<T> {
+    type Value = OrAuto<T>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a number of seconds, or \"auto\"")
+        f.write_str(match T::FORM {
+            Form::Whole(_) => "a whole number from 1 to 4294967295, or \"auto\"",
+            _ => "a number of seconds, or \"auto\"",
+        })
     }
 
-    fn visit_unit<E: Error>(self) -> Result<StepLength, E> {
-        Ok(StepLength::Auto)
+    fn visit_unit<E: Error>(self) -> Result<OrAuto<T>, E> {
+        Ok(OrAuto::Auto)
     }
 
-    fn visit_f64<E: Error>(self, seconds: f64) -> Result<StepLength, E> {
-        Ok(StepLength::Seconds(seconds))
+    fn visit_f64<E: Error>(self, value: f64) -> Result<OrAuto<T>, E> {
+        self.given(value.into_deserializer(), Unexpected::Float(value))
     }
 
-    fn visit_u64<E: Error>(self, seconds: u64) -> Result<StepLength, E> {
-        Ok(StepLength::Seconds(seconds as f64))
+    fn visit_u64<E: Error>(self, value: u64) -> Result<OrAuto<T>, E> {
+        self.given(value.into_deserializer(), Unexpected::Unsigned(value))
     }
 
-    fn visit_i64<E: Error>(self, seconds: i64) -> Result<StepLength, E> {
-        Ok(StepLength::Seconds(seconds as f64))
+    fn visit_i64<E: Error>(self, value: i64) -> Result<OrAuto<T>, E> {
+        self.given(value.into_deserializer(), Unexpected::Signed(value))
     }
 
-    fn visit_str<E: Error>(self, text: &str) -> Result<StepLength, E> {
+    fn visit_str<E: Error>(self, text: &str) -> Result<OrAuto<T>, E> {
         match text == AUTO {
-            true => Ok(StepLength::Auto),
+            true => Ok(OrAuto::Auto),
             false => Err(E::invalid_value(Unexpected::Str(text), &self)),
         }
-    }
-}
-
-impl Serialize for Substeps {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Substeps::Auto => serializer.serialize_str(AUTO),
-            Substeps::Count(count) => serializer.serialize_u64(*count),
-        }
-    }
-}
-
-impl<'de> Deserialize<'de> for Substeps {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(SubstepsVisitor)
-    }
-}
-
-struct SubstepsVisitor;
-
-impl Visitor<'_> for SubstepsVisitor {
-    type Value = Substeps;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a whole number from 1 to 4294967295, or \"auto\"")
-    }
-
-    fn visit_u64<E: Error>(self, count: u64) -> Result<Substeps, E> {
-        Ok(Substeps::Count(count))
-    }
-
-    fn visit_i64<E: Error>(self, count: i64) -> Result<Substeps, E> {
-        let unexpected = Unexpected::Signed(count);
-        u64::try_from(count).map(Substeps::Count).map_err(|_| E::invalid_value(unexpected, &self))
-    }
-
-    fn visit_str<E: Error>(self, text: &str) -> Result<Substeps, E> {
-        if text == AUTO {
-            return Ok(Substeps::Auto);
-        }
-        Err(E::invalid_value(Unexpected::Str(text), &self))
     }
 }
