@@ -40,6 +40,12 @@ fn scenes_lists_every_built_in_scene_with_a_line() {
 }
 
 #[test]
+fn schema_prints_the_json_schema_of_scene_files() {
+    let printed = quiet(msd(folder().path(), &["schema"]));
+    assert_eq!(serde_json::from_str::<Value>(&printed).ok(), Some(msd_scene::json_schema()));
+}
+
+#[test]
 fn auto_takes_nine_tenths_of_the_longest_stable_step_and_ends_on_time() {
     let folder = folder();
     let report = json(msd(folder.path(), &["run", "cube", "--step", "auto", "--duration", "1"]));

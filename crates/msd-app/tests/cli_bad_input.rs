@@ -134,7 +134,9 @@ fn arguments_outside_their_domain_are_refused() {
             &["--gravity", "0"],
             "; gravity is set in the scene file, as world.gravity, or by --set world.gravity=VALUE",
         ),
-        (&["--colour", "red"], "there is no option --colour of msd run; see msd --help"),
+        (&["--zebra", "red"], "there is no option --zebra of msd run; see msd --help"),
+        (&["--mass", "1"], "as bodies.mass, or by --set bodies.0.mass=VALUE"),
+        (&["--colour", "red"], "as bodies.look.colour, or by --set bodies.0.look.colour=VALUE"),
     ] {
         let run = ["run", "good.toml", "--out", "s.csv"];
         refuse(folder.path(), &[&run, arguments].concat(), &[told]);

@@ -33,7 +33,9 @@ pub use builtin::{BUILTINS, Builtin};
 pub use disk::{FileId, Output, Spool, write_file};
 pub use error::{FileError, Place, nearest, one_line, plain};
 pub use file::tree::{Assignment, key};
-pub use file::{SceneFormat, decode, default_shell, domain, format_of, read_text, schema, tree};
+pub use file::{
+    SceneFormat, decode, default_shell, format_of, json_schema, keys, read_text, schema, tree,
+};
 pub use loaded::Loaded;
 pub use open::{
     Draft, Finer, load, open, open_bytes, open_bytes_with, open_set, parse, read, write,

@@ -4,7 +4,7 @@ use msd_scene::mesh::{
     self,
     Format::{self, Gltf, Obj, Ply, Stl},
 };
-use msd_scene::{Loaded, Precision, SceneFormat, load, load_state, open, parse};
+use msd_scene::{Loaded, Precision, SceneFormat, json_schema, load, load_state, open, parse};
 use std::path::Path;
 
 fn toml(text: &str) -> Result<Loaded, String> {
@@ -88,7 +88,7 @@ const LINES: [(&str, &str); 85] = [
     ("spin = { speed = 1 }", "bodies[0].spin needs one of the keys `axis` and `random_axis_seed`"),
     ("spin = 5", "bodies[0].spin is 5; it must be a list of three numbers, or a table"),
     ("neighbours = 8", "bodies[0].neighbours is 8; it must be 2 for a rope"),
-    ("file = 'a.obj'", "bodies[0].file means nothing to a rope; it belongs to kind mesh"),
+    ("file = 'a.obj'", "bodies[0].file does not apply to a rope, only to mesh"),
     ("[[pins]]\nparticle = 3", "pins[0].particle is 3; it must be from 0 to 2"),
     (
         "[[pins]]\nbody = 1\nparticle = 0",
@@ -158,7 +158,7 @@ const LINES: [(&str, &str); 85] = [
     ),
     (
         "[[world.solids]]\nkind = 'box'\nsize = [1, 1, 1]\ntube = 1",
-        "world.solids[0].tube is not for its kind: a box takes size",
+        "world.solids[0].tube does not apply to a box, only to torus",
     ),
     (
         "[[world.solids]]\nkind = 'torus'\nradius = 1\ntube = 1",
@@ -168,13 +168,10 @@ const LINES: [(&str, &str); 85] = [
         "[[world.solids]]\nkind = 'sphere'\nradius = 1\nspin = { speed = 1 }",
         "needs one of the keys",
     ),
-    (
-        "[[world.solids]]\nkind = 'mesh'",
-        "world.solids[0] lacks the key `file`: a mesh takes file and length and cell",
-    ),
+    ("[[world.solids]]\nkind = 'mesh'", "world.solids[0] lacks the key `file`: a mesh needs it"),
     (
         "[[world.solids]]\nkind = 'sphere'\nradius = 1\ncell = 1",
-        "world.solids[0].cell is not for its kind: a sphere takes radius",
+        "world.solids[0].cell does not apply to a sphere, only to mesh",
     ),
     (
         "[[world.solids]]\nkind = 'mesh'\nfile = 'teapot.obj'",
@@ -216,7 +213,10 @@ const LINES: [(&str, &str); 85] = [
          { axis = [0, 0, 0], angle_deg = 1 } }]",
         "world.solids[0].key_frames[0].rotation.axis is zero",
     ),
-    ("[[world.solids]]\nkind = 'sphere'\nradius = 1\nkey_frames = []", "key_frames is empty"),
+    (
+        "[[world.solids]]\nkind = 'sphere'\nradius = 1\nkey_frames = []",
+        "key_frames must not be empty",
+    ),
     ("stiffness = nan", "s.toml:5:13: bodies[0].stiffness is NaN; it must be finite and not"),
     ("stiffness = inf", "s.toml:5:13: bodies[0].stiffness is inf; it must be finite and not"),
     ("damping = -1", "s.toml:5:11: bodies[0].damping is -1; it must be finite and not negative"),
@@ -241,11 +241,14 @@ const BODIES: [(&str, &str); 39] = [
         "bodies[0].size[0] is 1e20; it must be a whole number from 0 to 18446744073709551615",
     ),
     ("kind = 'explicit'\nparticles = []", "bodies[0].particles is empty"),
-    ("kind = 'explicit'\nspacing = 1", "bodies[0].spacing means nothing to an explicit body; it"),
+    (
+        "kind = 'explicit'\nspacing = 1",
+        "bodies[0].spacing does not apply to an explicit body, only to rope, cl",
+    ),
     ("size = [3]", "bodies[0] lacks the key `kind`"),
     ("kind = 'rope'", "bodies[0] lacks the key `size`"),
     ("kind = 'mesh'", "bodies[0] lacks the key `file`"),
-    ("kind = 'explicit'", "bodies[0] lacks the key `particles`"),
+    ("kind = 'explicit'", "bodies[0] lacks the key `particles`: an explicit body needs it"),
     ("size = [nan]\nkind = 'rope'", "bodies[0].size[0] is NaN; it must be a whole number"),
     (
         "kind = 'explicit'\nparticles = [{ position = [0, 0, 0], weight = 1 }]",
@@ -296,7 +299,7 @@ const BODIES: [(&str, &str); 39] = [
     ),
     (
         "kind = 'mesh'\nfile = 'bunny.obj'\nmaterial = 'steel'\nthickness = 1e-3",
-        "bodies[0].thickness means nothing to a solid, which this mesh becomes; `filling",
+        "bodies[0].thickness does not apply to a solid, which this mesh becomes; `filling",
     ),
     (
         "kind = 'mesh'\nfile = 'bunny.obj'\nmaterial = 'steel'\nbending = 1",
@@ -342,7 +345,7 @@ const SPRINGS: [(&str, &str); 6] = [
 /// Whole scenes, and what is told.
 const SCENES: [(&str, &str); 16] = [
     ("version = 2\nbodies = []", "version is 2; it must be 1"),
-    ("version = 1\nbodies = []", "bodies is empty"),
+    ("version = 1\nbodies = []", "bodies is empty; a scene needs at least one body"),
     ("version = 1\nbodies = 3", "bodies is 3; it must be a list"),
     ("version = 1\n[[bodies]\n", "s.toml:2:"),
     ("", "the scene lacks the key `version`"),
@@ -448,12 +451,27 @@ const MESHES: [(Format, &str, &str); 28] = [
     ),
 ];
 
-#[test]
-fn what_is_wrong_with_a_scene_is_told_by_place_key_value_and_domain() {
+/// Scenes in TOML, and what is told.
+fn scenes() -> impl Iterator<Item = (String, &'static str)> {
     let rows = LINES.map(|(line, told)| (body(&format!("{ROPE}{line}")), told)).into_iter();
     let rows = rows.chain(BODIES.map(|(lines, told)| (body(lines), told)));
     let rows = rows.chain(SPRINGS.map(|(springs, told)| (pair(springs), told)));
-    for (text, told) in rows.chain(SCENES.map(|(text, told)| (text.to_string(), told))) {
+    rows.chain(SCENES.map(|(text, told)| (text.to_string(), told)))
+}
+
+#[test]
+fn the_json_schema_refuses_what_is_wrong_with_single_values() {
+    let validator = jsonschema::validator_for(&json_schema()).expect("a schema");
+    let values = scenes().filter_map(|(text, _)| toml::from_str::<serde_json::Value>(&text).ok());
+    let (refused, accepted): (Vec<_>, Vec<_>) =
+        values.partition(|value| !validator.is_valid(value));
+    // What remains depends on several values, on a mesh or on memory.
+    assert!(80 <= refused.len() && accepted.len() < 60, "{}: {accepted:#?}", refused.len());
+}
+
+#[test]
+fn what_is_wrong_with_a_scene_is_told_by_place_key_value_and_domain() {
+    for (text, told) in scenes() {
         check(&toml(&text).expect_err(&text), told);
     }
     for (text, told) in JSON {
@@ -575,24 +593,4 @@ fn deep_nesting_is_refused_and_not_a_crash() {
         assert!(toml(&text).is_err());
         assert!(parse(&text, SceneFormat::Json, "s.json").is_err());
     }
-}
-
-#[test]
-fn a_name_that_stands_for_nothing_gets_the_nearest_one() {
-    let message = |name: &str| open(name).expect_err(name).to_string();
-    assert_eq!(message("jely"), "no scene `jely`: did you mean `jelly`?");
-    assert!(message("qqqq").contains("the built-in scenes are cube, jelly"));
-    assert!(message("none.toml").starts_with("none.toml: cannot be read"));
-    assert!(message("none.obj").contains("none.obj"));
-    assert!(message("/").contains("it is a folder"));
-}
-
-#[test]
-fn a_file_is_known_by_its_ending() {
-    let message = |path: &str| mesh::read(Path::new(path)).unwrap_err().to_string();
-    assert_eq!(
-        message("scene.toml"),
-        "scene.toml: unknown mesh format 'toml'; it must be one of obj, stl, ply, gltf, glb"
-    );
-    assert!(message("not/there.OBJ").starts_with("not/there.OBJ: cannot be read: "));
 }

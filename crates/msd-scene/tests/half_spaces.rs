@@ -82,8 +82,8 @@ fn nothing_passes_a_half_space() {
 #[test]
 fn keys_and_values_that_a_half_space_cannot_have_are_refused() {
     for (keys, told) in [
-        ("radius = 1", "world.solids[0].radius is not for its kind: a half_space has no size"),
-        ("size = [1, 1, 1]", "world.solids[0].size is not for its kind: a half_space has no size"),
+        ("radius = 1", "world.solids[0].radius does not apply to a half_space, only to sphere"),
+        ("size = [1, 1, 1]", "world.solids[0].size does not apply to a half_space, only to box"),
         ("position = [0, inf, 0]", "world.solids[0].position[1] is inf; it must be finite"),
         ("velocity = [nan, 0, 0]", "world.solids[0].velocity[0] is NaN; it must be finite"),
         ("spin = [0, 0, inf]", "world.solids[0].spin[2] is inf; it must be finite"),

@@ -336,11 +336,11 @@ const REFUSED: [(&str, &str); 32] = [
     ),
     (
         "kind = 'block'\nsize = [3, 3, 3]\nmaterial = 'steel'\nbending = 1",
-        "bodies[0].bending means nothing to a block; it belongs to kind rope, cloth, mesh",
+        "bodies[0].bending does not apply to a block, only to rope, cloth, mesh",
     ),
     (
         "kind = 'rope'\nsize = [3]\nmaterial = 'steel'\nthickness = 1",
-        "bodies[0].thickness means nothing to a rope; it belongs to kind cloth",
+        "bodies[0].thickness does not apply to a rope, only to cloth",
     ),
     (
         "kind = 'mesh'\nfile = 'bunny.obj'\nmaterial = 'steel'\npoisson = 0.3",

@@ -4,13 +4,12 @@ use msd_core::obstacles::Placed;
 use msd_core::{
     Error, Friction, Integrator, Neighbours, Pattern, Real, Scene, Settings, Shape, Simulation,
 };
-use msd_scene::domain::{DOMAINS, Domain};
-use msd_scene::mesh::{Filling, Format, MeshOptions, parse as parse_mesh};
-use msd_scene::schema::SceneFile;
+use msd_scene::mesh::{self, Filling, Format, MeshOptions, parse as parse_mesh};
+use msd_scene::schema::{SceneFile, find};
 use msd_scene::{
     Assignment, BUILTINS, Loaded, Precision, SceneFormat, open, open_set, parse, read, write,
 };
-use std::collections::BTreeMap;
+use std::path::Path;
 
 fn toml(text: &str) -> Result<Loaded, String> {
     parse(text, SceneFormat::Toml, "s.toml").map_err(|error| error.to_string())
@@ -205,84 +204,6 @@ fn every_built_in_scene_is_the_same_after_writing_it_and_reading_it_again() {
 }
 
 #[test]
-fn the_documentation_has_every_key_of_the_schema() {
-    let docs = include_str!("../../../docs/scenes.md");
-    let source = concat!(
-        include_str!("../src/file/schema.rs"),
-        include_str!("../src/file/schema/touch.rs"),
-        include_str!("../src/file/schema/air.rs"),
-    );
-    let field = |line: &str| {
-        let rest = line.strip_prefix("    pub ")?;
-        rest.split_once(": ").map(|(key, _)| key.to_string())
-    };
-    let keys: Vec<String> = source.lines().filter_map(field).collect();
-    assert!(40 < keys.len());
-    for key in keys {
-        assert!(docs.contains(&format!("| `{key}` |")), "docs/scenes.md lacks `{key}`");
-    }
-    for builtin in BUILTINS {
-        assert!(open(builtin.name).is_ok());
-    }
-}
-
-/// The tables of `docs/scenes.md`: what stands in the column of the domain, by heading and key.
-fn documented_domains() -> BTreeMap<String, String> {
-    let tables = [
-        ("The top", ""),
-        ("[solver]", "solver."),
-        ("[world]", "world."),
-        ("[world.air]", "world.air."),
-        ("[world.air.gust]", "world.air.gust."),
-        ("[[world.planes]]", "world.planes."),
-        ("[[world.solids]]", "world.solids."),
-        ("key_frames of a solid", "world.solids.key_frames."),
-        ("[[bodies]]", "bodies."),
-        ("What a body is made of", "bodies."),
-        ("touch", "bodies.touch."),
-        ("with of touch", "bodies.touch.with."),
-        ("look", "bodies.look."),
-        ("[camera]", "camera."),
-        ("rotation", "bodies.rotation."),
-        ("spin as a table", "bodies.spin."),
-        ("particles of an explicit body", "bodies.particles."),
-        ("springs of an explicit body", "bodies.springs."),
-        ("[[sets]]", "sets."),
-        ("box of a set", "sets.box."),
-        ("sphere of a set", "sets.sphere."),
-        ("[[pins]]", "pins."),
-        ("[[masses]]", "masses."),
-        ("[[materials]]", "materials."),
-        ("[[links]]", "links."),
-    ];
-    let (mut found, mut table, mut column) = (BTreeMap::new(), None, None);
-    for line in include_str!("../../../docs/scenes.md").lines() {
-        let line = line.replace('`', "");
-        if let Some(heading) = line.strip_prefix('#') {
-            let heading = heading.trim_start_matches('#').trim();
-            table = tables.iter().find(|row| row.0 == heading).map(|row| row.1);
-        }
-        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
-        column = cells.iter().position(|cell| *cell == "domain").or(column);
-        if let (Some(table), Some(column), true) = (table, column, 3 < cells.len()) {
-            found.insert(format!("{table}{}", cells[1]), cells[column].to_owned());
-        }
-    }
-    found
-}
-
-#[test]
-fn the_documentation_has_the_domains_that_are_checked() {
-    let documented = documented_domains();
-    for (key, domain) in DOMAINS {
-        let words = domain.words();
-        let told = documented.get(key).unwrap_or_else(|| panic!("no row of {key}"));
-        let whole = [format!("whole, {words}"), format!("whole, {words} each")];
-        assert!(told == words || whole.contains(told), "{key}: {told}; checked is {words}");
-    }
-}
-
-#[test]
 fn what_lies_in_its_domain_runs_and_what_does_not_is_refused_by_its_words() {
     let scene = |precision: &str, key: &str, value: f64| {
         let (table, key) = key.split_once('.').expect("a table and a key");
@@ -310,7 +231,7 @@ fn what_lies_in_its_domain_runs_and_what_does_not_is_refused_by_its_words() {
         let run = run(&scene(precision, key, inside).expect("in its domain"), 0);
         assert!(run.is_ok(), "{key} = {inside:e}: {}", run.unwrap_err());
         let message = scene(precision, key, outside).expect_err(key).to_string();
-        let words = Domain::of(key).words();
+        let words = find(key).expect(key).domain.words();
         let told = message.contains(words) || message.contains("at most 3.4e38");
         assert!(told, "{key} = {outside:e}: {message}");
     }
@@ -377,7 +298,7 @@ fn looks_are_read_and_change_nothing_of_a_run() {
     for (look, kind, told) in [
         ("look = { colour = 'red' }", block, "bodies[0].look.colour is \"red\""),
         ("look = { colour = '#12345g' }", block, "a colour such as \"#3d7fb5\""),
-        ("look = { back = '#123456' }", block, "bodies[0].look.back means nothing"),
+        ("look = { back = '#123456' }", block, "bodies[0].look.back does not apply"),
         ("look = { roughness = 1.5 }", cloth, "from 0 to 1"),
         ("look = { pattern_size = 0 }", cloth, "positive and at most 1e12"),
         ("look = { finish = 'wooden' }", cloth, "did you mean `wood`?"),
@@ -441,4 +362,24 @@ fn a_file_is_offered_for_its_name_without_the_ending() {
         let offered = format!("did you mean `{}`?", folder.path().join(file).display());
         assert!(error.ends_with(&offered), "{error}");
     }
+}
+
+#[test]
+fn a_name_that_stands_for_nothing_gets_the_nearest_one() {
+    let message = |name: &str| open(name).expect_err(name).to_string();
+    assert_eq!(message("jely"), "no scene `jely`: did you mean `jelly`?");
+    assert!(message("qqqq").contains("the built-in scenes are cube, jelly"));
+    assert!(message("none.toml").starts_with("none.toml: cannot be read"));
+    assert!(message("none.obj").contains("none.obj"));
+    assert!(message("/").contains("it is a folder"));
+}
+
+#[test]
+fn a_file_is_known_by_its_ending() {
+    let message = |path: &str| mesh::read(Path::new(path)).unwrap_err().to_string();
+    assert_eq!(
+        message("scene.toml"),
+        "scene.toml: unknown mesh format 'toml'; it must be one of obj, stl, ply, gltf, glb"
+    );
+    assert!(message("not/there.OBJ").starts_with("not/there.OBJ: cannot be read: "));
 }

@@ -205,13 +205,13 @@ fn what_is_no_material_of_a_set_is_refused() {
         (
             cloth,
             "set = 'all'\nyoung = 1e5",
-            "materials[0].young means nothing to body 0, `cloth`, which is given by its springs: \
+            "materials[0].young does not apply to body 0, `cloth`, which is given by its springs: \
              it has `stiffness` and `damping`",
         ),
         (
             block,
             "set = 'all'\nstiffness = 1",
-            "materials[0].stiffness means nothing to body 0, `block`, which is made of a \
+            "materials[0].stiffness does not apply to body 0, `block`, which is made of a \
              material: it has `young` and `relaxation_time`",
         ),
         (block, "set = 'all'", "materials[0] needs one of the keys `young` and `relaxation_time`"),
@@ -220,7 +220,7 @@ fn what_is_no_material_of_a_set_is_refused() {
         (
             woven,
             "set = 'all'\nyoung = 1e5",
-            "materials[0].young means nothing to body 0, `cloth`, which is woven",
+            "materials[0].young does not apply to body 0, `cloth`, which is woven",
         ),
     ] {
         let message = toml(&format!("{body}[[materials]]\n{row}\n")).map(|_| ()).expect_err(row);

@@ -1,9 +1,9 @@
-//! `msd scenes` and `msd methods`: what there is by name.
+//! `msd scenes` and `msd methods`: what there is by name; `msd schema`: the keys of scene files.
 
 use super::arguments::ListArguments;
 use super::failure::{Failure, aligned, say};
 use msd_core::Integrator;
-use msd_scene::{BUILTINS, Builtin};
+use msd_scene::{BUILTINS, Builtin, json_schema};
 use serde::Serialize;
 
 /// A built-in scene; the keys of `--json`.
@@ -44,6 +44,11 @@ pub fn list_methods(arguments: &ListArguments) -> Result<(), Failure> {
     };
     let rows = Integrator::ALL.map(row);
     list(arguments, &rows, |row| [row.name, row.purpose])
+}
+
+/// Prints the JSON Schema of scene files.
+pub fn print_schema() -> Result<(), Failure> {
+    say(&serde_json::to_string_pretty(&json_schema()).map_err(Failure::input)?)
 }
 
 fn list<R: Serialize>(

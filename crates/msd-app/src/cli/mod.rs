@@ -44,6 +44,7 @@ pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
         None => view(arguments.view),
         Some(CliCommand::Scenes(arguments)) => lists::list_scenes(&arguments),
         Some(CliCommand::Methods(arguments)) => lists::list_methods(&arguments),
+        Some(CliCommand::Schema) => lists::print_schema(),
         Some(CliCommand::Run(arguments)) => match &arguments.replay {
             Some(recording) => run::replay(&arguments, recording),
             None => run::run(&arguments),

@@ -2,7 +2,7 @@
 
 use crate::error::{FileError, plain};
 use crate::file::budget::{Budget, count_lattice};
-use crate::file::domain::Domain;
+use crate::file::check::domain_of;
 use crate::file::schema::{BodyRow, Kind};
 use crate::file::substance::{caveat, check_fits, damp, made, substance};
 use crate::file::tree::Source;
@@ -47,7 +47,7 @@ impl Builder<'_> {
     /// # Errors
     /// A key that its kind does not use, a value outside its domain, more than fits.
     pub(crate) fn build(&mut self, row: usize, body: &BodyRow) -> Result<Built, FileError> {
-        check_keys(self.source, row, body)?;
+        self.source.check_kind(&format!("bodies[{row}]"))?;
         let mut built = match body.kind {
             Kind::Rope | Kind::Cloth | Kind::Block => self.lattice(row, body)?,
             Kind::Mesh => self.mesh(row, body)?,
@@ -108,14 +108,12 @@ impl Builder<'_> {
 
     fn lattice_size(&self, row: usize, body: &BodyRow) -> Result<[usize; 3], FileError> {
         let source = self.source;
-        let Some(size) = &body.size else {
-            return Err(source.missing(format_args!("bodies[{row}]"), "size"));
-        };
+        let size = body.size.as_deref().unwrap_or_default();
         for (axis, &length) in size.iter().enumerate() {
             source.count(format_args!("bodies[{row}].size[{axis}]"), length)?;
         }
         let whole = |length: u64| usize::try_from(length).unwrap_or(usize::MAX);
-        match (body.kind, size.as_slice()) {
+        match (body.kind, size) {
             (Kind::Rope, &[count]) => Ok([1, whole(count), 1]),
             (Kind::Cloth, &[rows, columns]) => Ok([whole(rows), whole(columns), 1]),
             (Kind::Block, &[rows, columns, stacks]) => Ok([rows, columns, stacks].map(whole)),
@@ -168,9 +166,7 @@ impl Builder<'_> {
 
     fn mesh(&mut self, row: usize, body: &BodyRow) -> Result<Built, FileError> {
         let source = self.source;
-        let Some(file) = &body.file else {
-            return Err(source.missing(format_args!("bodies[{row}]"), "file"));
-        };
+        let file = body.file.as_deref().unwrap_or_default();
         let mesh = named_mesh(source, self.read_mesh, (&format!("bodies[{row}].file"), file))?;
         let options = self.mesh_options(row, body, &mesh)?;
         let refused = |error| {
@@ -230,12 +226,8 @@ impl Builder<'_> {
 
     fn explicit(&mut self, row: usize, body: &BodyRow) -> Result<Built, FileError> {
         if body.particles.is_empty() {
-            let key = format!("bodies[{row}].particles");
-            if self.source.holds(&key) {
-                let reason = "is empty; an explicit body needs at least one particle";
-                return Err(self.source.refuse(format_args!("{key}"), reason));
-            }
-            return Err(self.source.missing(format_args!("bodies[{row}]"), "particles"));
+            let reason = "is empty; an explicit body needs at least one particle";
+            return Err(self.source.refuse(format_args!("bodies[{row}].particles"), reason));
         }
         let material = self.material(row, body, Material::default())?;
         let counts = [body.particles.len() as u128, body.springs.len() as u128];
@@ -248,7 +240,7 @@ impl Builder<'_> {
 
     fn particles(&self, row: usize, body: &BodyRow, mass: f64) -> Result<Vec<Particle>, FileError> {
         let source = self.source;
-        let masses = Domain::of("bodies.particles.mass");
+        let masses = domain_of("bodies.particles.mass");
         let particle = |(n, particle): (usize, &crate::file::schema::ParticleRow)| {
             let key = format_args!("bodies[{row}].particles[{n}]");
             let (position, velocity) = (particle.position, particle.velocity.unwrap_or_default());
@@ -270,7 +262,7 @@ impl Builder<'_> {
     ) -> Result<Vec<Spring>, FileError> {
         let source = self.source;
         let [lengths, stiffnesses, dampings] = ["rest_length", "stiffness", "damping"]
-            .map(|key| Domain::of(&format!("bodies.springs.{key}")));
+            .map(|key| domain_of(&format!("bodies.springs.{key}")));
         let spring = |(n, spring): (usize, &crate::file::schema::SpringRow)| {
             let key = format_args!("bodies[{row}].springs[{n}]");
             let mut ends = [0; 2];
@@ -328,7 +320,7 @@ impl Builder<'_> {
         let key = format_args!("bodies[{row}].mass");
         let lightest = part.particles.iter().map(|particle| particle.mass).fold(mass, f64::min);
         self.source.number(key, lightest).map(drop).map_err(|_| {
-            let words = Domain::of("bodies.mass").words();
+            let words = domain_of("bodies.mass").words();
             let count = part.particles.len();
             let expected = format!("so large that each of {count} particles has one {words}");
             self.source.out_of_domain(key, plain(mass), expected)
@@ -378,7 +370,6 @@ impl Builder<'_> {
     }
 }
 
-/// The error of a mesh, with the key of body number `row` that led to it.
 /// The mesh of a name that stands at a key.
 ///
 /// # Errors
@@ -398,51 +389,4 @@ pub(crate) fn named_mesh(
 /// What is wrong with a mesh, and the key that led to it.
 pub(crate) fn mesh_error(source: &Source<'_>, key: String, error: MeshError) -> FileError {
     FileError::SceneMesh { place: source.place_of(&key), key, source: Box::new(error) }
-}
-
-/// Refuses keys that the kind of a body does not use: they would have no effect silently.
-fn check_keys(source: &Source<'_>, row: usize, body: &BodyRow) -> Result<(), FileError> {
-    const LATTICES: &[Kind] = &[Kind::Rope, Kind::Cloth, Kind::Block];
-    const BROAD: &[Kind] = &[Kind::Cloth, Kind::Block, Kind::Mesh];
-    const SHEETS: &[Kind] = &[Kind::Cloth, Kind::Mesh];
-    const SPACED: &[Kind] = &[Kind::Rope, Kind::Cloth, Kind::Block, Kind::Mesh];
-    let keys = [
-        ("size", body.size.is_some(), LATTICES),
-        ("neighbours", body.neighbours.is_some(), LATTICES),
-        ("spacing", body.spacing.is_some(), SPACED),
-        ("file", body.file.is_some(), &[Kind::Mesh]),
-        ("filling", body.filling.is_some(), &[Kind::Mesh]),
-        ("length", body.length.is_some(), &[Kind::Mesh]),
-        ("bending", body.bending.is_some(), &[Kind::Rope, Kind::Cloth, Kind::Mesh]),
-        ("material", body.material.is_some(), SPACED),
-        ("young", body.young.is_some(), SPACED),
-        ("poisson", body.poisson.is_some(), BROAD),
-        ("density", body.density.is_some(), SPACED),
-        ("relaxation_time", body.relaxation_time.is_some(), SPACED),
-        ("damping_ratio", body.damping_ratio.is_some(), SPACED),
-        ("thickness", body.thickness.is_some(), SHEETS),
-        ("area_density", body.area_density.is_some(), SHEETS),
-        ("young_warp", body.young_warp.is_some(), &[Kind::Cloth]),
-        ("young_weft", body.young_weft.is_some(), &[Kind::Cloth]),
-        ("shear", body.shear.is_some(), &[Kind::Cloth]),
-        ("bending_warp", body.bending_warp.is_some(), &[Kind::Cloth]),
-        ("bending_weft", body.bending_weft.is_some(), &[Kind::Cloth]),
-        ("bending_bias", body.bending_bias.is_some(), &[Kind::Cloth]),
-        ("diameter", body.diameter.is_some(), &[Kind::Rope]),
-        ("particles", !body.particles.is_empty(), &[Kind::Explicit]),
-        ("springs", !body.springs.is_empty(), &[Kind::Explicit]),
-    ];
-    for (key, given, kinds) in keys {
-        if given && !kinds.contains(&body.kind) {
-            let kinds: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
-            let kinds = kinds.join(", ");
-            let noun = match body.kind {
-                Kind::Explicit => "an explicit body".into(),
-                kind => format!("a {}", kind.name()),
-            };
-            let reason = format!("means nothing to {noun}; it belongs to kind {kinds}");
-            return Err(source.refuse(format_args!("bodies[{row}].{key}"), reason));
-        }
-    }
-    Ok(())
 }

@@ -3,19 +3,20 @@
 use crate::error::{FileError, plain};
 use crate::file::bodies::{Builder, MeshReader};
 use crate::file::budget::Budget;
+use crate::file::check::domain_of;
 use crate::file::decode::decode;
-use crate::file::domain::Domain;
+use crate::file::keys::Domain;
 use crate::file::look::{look, viewpoint};
 use crate::file::obstacles::{Solids, plane};
 use crate::file::schema::elsewhere::elsewhere;
-use crate::file::schema::{AirRow, GustRow, SceneFile, SolverRow, StepLength, Substeps, WorldRow};
+use crate::file::schema::{AirRow, GustRow, OrAuto, SceneFile, SolverRow, WorldRow};
 use crate::file::sets::NamedSets;
 use crate::file::sets::links::links;
 use crate::file::sets::materials::set_materials;
 use crate::file::sets::pins::{load, masses, pins};
 use crate::file::substance::overburdened;
 use crate::file::touch::{pierced, started_in_each_other, started_inside, touch};
-use crate::file::tree::Source;
+use crate::file::tree::{Source, Value};
 use crate::materials::Made;
 use crate::precision::Precision;
 use crate::rounding::Rounding;
@@ -109,7 +110,7 @@ pub(crate) fn understand_rows(
     notes.extend(started_inside(source, &scene)?);
     notes.extend(started_in_each_other(&scene));
     let precision = file.solver.precision.unwrap_or_else(|| fitting(&scene, &mut notes));
-    let automatic = substeps == Substeps::Auto;
+    let automatic = substeps == OrAuto::Auto;
     let title = file.title;
     // They quote names of bodies and files.
     let notes = notes.iter().map(|note| tame(note)).collect();
@@ -138,13 +139,14 @@ fn fitting(scene: &Scene, notes: &mut Vec<String>) -> Precision {
 }
 
 /// Whether substeps are automatic, or how many there are.
-fn substeps(source: &Source<'_>, solver: &SolverRow) -> Result<Substeps, FileError> {
-    match (solver.step, solver.substeps) {
-        (Some(StepLength::Auto), Some(Substeps::Count(_))) => {
+fn substeps(source: &Source<'_>, solver: &SolverRow) -> Result<OrAuto<u64>, FileError> {
+    let step = source.walk("solver.step").last().flatten().map(|node| &node.value);
+    match (step, solver.substeps) {
+        (Some(Value::Text(_)), Some(OrAuto::Given(_))) => {
             let reason = "= \"auto\" and a number of solver.substeps exclude each other";
             Err(source.refuse(format_args!("solver.step"), reason))
         }
-        (_, substeps) => Ok(substeps.unwrap_or(Substeps::Auto)),
+        (_, substeps) => Ok(substeps.unwrap_or(OrAuto::Auto)),
     }
 }
 
@@ -152,25 +154,23 @@ fn substeps(source: &Source<'_>, solver: &SolverRow) -> Result<Substeps, FileErr
 fn settings(
     source: &Source<'_>,
     solver: &SolverRow,
-    substeps: Substeps,
+    substeps: OrAuto<u64>,
 ) -> Result<Settings, FileError> {
     let step = match (solver.step, solver.steps_per_second) {
-        (Some(StepLength::Seconds(_)), Some(_)) => {
+        (OrAuto::Given(_), Some(_)) => {
             let reason = "and solver.steps_per_second exclude each other";
             return Err(source.refuse(format_args!("solver.step"), reason));
         }
-        (Some(StepLength::Seconds(step)), None) => {
-            source.number(format_args!("solver.step"), step)?
-        }
-        (Some(StepLength::Auto) | None, rate) => {
+        (OrAuto::Given(step), None) => source.number(format_args!("solver.step"), step)?,
+        (OrAuto::Auto, rate) => {
             let rate = rate.unwrap_or(60.0);
             1.0 / source.number(format_args!("solver.steps_per_second"), rate)?
         }
     };
     let default = Settings::default();
     let substeps = match substeps {
-        Substeps::Auto => default.substeps,
-        Substeps::Count(substeps) => count(source, "solver.substeps", substeps)?,
+        OrAuto::Auto => default.substeps,
+        OrAuto::Given(substeps) => count(source, "solver.substeps", substeps)?,
     };
     let newton = solver.newton.unwrap_or(default.newton.into());
     let newton = count(source, "solver.newton", newton)?;
@@ -180,7 +180,7 @@ fn settings(
             Some(rate) => ("solver.steps_per_second", rate),
             None => ("solver.step", step),
         };
-        let expected = Domain::of(key).words();
+        let expected = domain_of(key).words();
         return Err(source.out_of_domain(format_args!("{key}"), plain(value), expected));
     }
     let tolerance = solver.tolerance.unwrap_or(default.tolerance);

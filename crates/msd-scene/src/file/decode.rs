@@ -42,13 +42,11 @@ pub(crate) fn mend<T: DeserializeOwned>(source: &mut Source<'_>) -> Option<FileE
     Some(failure.explain(source))
 }
 
-/// The keys of a table.
-pub(crate) fn keys_of<T: DeserializeOwned>() -> &'static [&'static str] {
-    // The refusal of a key that no table has lists those that there are.
-    let nothing = Node { value: Value::Nothing, offset: None };
-    let rows = vec![(String::new(), None, nothing)];
-    match T::deserialize(&Node { value: Value::Table(rows), offset: None }) {
-        Err(Failure { reason: Reason::UnknownKey { known, .. }, .. }) => known,
+/// The names that an enum is written by.
+pub(crate) fn names_of<T: DeserializeOwned>() -> &'static [&'static str] {
+    // The refusal of a name that no variant has lists those that there are.
+    match T::deserialize(&Node { value: Value::Text(String::new()), offset: None }) {
+        Err(Failure { reason: Reason::UnknownName { known, .. }, .. }) => known,
         _ => &[],
     }
 }
@@ -68,6 +66,7 @@ pub struct Failure {
 enum Reason {
     UnknownKey { key: String, known: &'static [&'static str] },
     MissingKey(&'static str),
+    UnknownName { name: String, known: &'static [&'static str] },
     Value { value: String, expected: String },
     Other(String),
 }
@@ -101,6 +100,14 @@ impl Failure {
                 FileError::UnknownKey { place, key: tame(&key), table, hint }
             }
             Reason::MissingKey(key) => FileError::MissingKey { place, key: key.into(), table },
+            Reason::UnknownName { name, known } => {
+                let mut expected = format!("one of {}", known.join(", "));
+                if let Some(near) = nearest(&name, known.iter().copied()) {
+                    expected.push_str(&format!("; did you mean `{near}`?"));
+                }
+                let value = tame(&format!("\"{name}\""));
+                FileError::OutOfDomain { place, key: table, value, expected }
+            }
             Reason::Value { value, expected } => {
                 FileError::OutOfDomain { place, key: table, value: tame(&value), expected }
             }
@@ -158,11 +165,7 @@ impl de::Error for Failure {
     }
 
     fn unknown_variant(variant: &str, known: &'static [&'static str]) -> Self {
-        let mut expected = format!("one of {}", known.join(", "));
-        if let Some(name) = nearest(variant, known.iter().copied()) {
-            expected.push_str(&format!("; did you mean `{name}`?"));
-        }
-        Failure::new(Reason::Value { value: format!("\"{variant}\""), expected })
+        Failure::new(Reason::UnknownName { name: variant.into(), known })
     }
 
     fn unknown_field(key: &str, known: &'static [&'static str]) -> Self {

@@ -34,8 +34,8 @@ pub(crate) fn look(
     }
     if let Some(text) = &given.back {
         if !is_sheet {
-            let reason = "means nothing to a body that is no sheet; it is the colour of the other \
-                          side of one";
+            let reason = "does not apply to a body that is not a sheet: it is the colour of \
+                          the other side of one";
             return Err(source.refuse(format_args!("{key}.back"), reason));
         }
         look.back = Some(colour(source, format_args!("{key}.back"), text)?);

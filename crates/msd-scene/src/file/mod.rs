@@ -1,17 +1,18 @@
 //! Scene files: text, tree of values, rows, scene.
 //!
-//! A text is read into a [`tree`] of values that know where they were written, some of which may
-//! be replaced; [`decode`] makes the rows of the [`schema`] of it; [`build`] checks each number
-//! against its [`domain`] and makes the rows of a scene, obstacle by obstacle ([`obstacles`]) and
-//! body by body ([`bodies`], [`substance`], [`look`]), within a [`budget`] of memory. [`sets`] are
-//! particles that pins hold and links join.
-//! [`refusals`] finds what else is wrong with a file that was refused.
-//! [`refine`] makes the same scene at a part of its spacing.
+//! A text is read into a [`tree`] of values that know where they were written, some of which may be
+//! replaced; [`decode`] makes the rows of the [`schema`] of it, each of whose [`keys`] stands once.
+//! [`build`] checks each number against its domain ([`check`]) and makes the rows of a scene,
+//! obstacle by obstacle ([`obstacles`]) and body by body ([`bodies`], [`substance`], [`look`]),
+//! within a [`budget`] of memory. [`sets`] are particles that pins hold and links join.
+//! [`refusals`] finds what else is wrong with a file that was refused. [`refine`] makes the same
+//! scene at a part of its spacing, [`json_schema`] describes the format to other programs.
 
 pub mod tree;
+pub mod keys;
 mod decode;
 pub mod schema;
-pub mod domain;
+mod check;
 mod turn;
 mod budget;
 mod substance;
@@ -23,11 +24,13 @@ mod sets;
 mod build;
 mod refusals;
 mod refine;
+mod json_schema;
 
 pub(crate) use bodies::MeshReader;
 pub(crate) use budget::{Budget, count_lattice};
 pub(crate) use build::{Understood, understand};
 pub use decode::decode;
+pub use json_schema::json_schema;
 pub(crate) use refine::refine;
 pub(crate) use refusals::refusals;
 pub use touch::default_shell;

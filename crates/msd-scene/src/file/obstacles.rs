@@ -2,7 +2,7 @@
 
 use crate::error::{FileError, plain};
 use crate::file::bodies::{MeshReader, mesh_error, named_mesh};
-use crate::file::domain::LENGTH;
+use crate::file::keys::LENGTH;
 use crate::file::schema::{PlaneRow, SolidKind, SolidRow};
 use crate::file::tree::Source;
 use crate::file::turn::{spin, turn};
@@ -84,6 +84,7 @@ impl Solids<'_> {
     ) -> Result<Solid, FileError> {
         let (source, extent) = (self.source, self.extent);
         let key = format!("world.solids[{row}]");
+        source.check_kind(&key)?;
         let position = solid.position.unwrap_or_default();
         let velocity = solid.velocity.unwrap_or_default();
         let SolidRow { restitution, friction, tangential_loss: loss, sticky, .. } = *solid;
@@ -115,7 +116,7 @@ impl Solids<'_> {
             return Err(source.refuse(format_args!("{key}.{name}"), reason));
         }
         if rows.is_empty() {
-            let reason = "is empty; a solid that stands still has none";
+            let reason = "must not be empty; omit it for a fixed solid";
             return Err(source.refuse(format_args!("{key}.key_frames"), reason));
         }
         let mut before = KeyFrame { time: 0.0, position: start.position, axes: start.axes };
@@ -150,7 +151,6 @@ impl Solids<'_> {
         notes: &mut Vec<String>,
     ) -> Result<Shape, FileError> {
         let source = self.source;
-        check_keys(source, key, solid)?;
         let number = |name: &str, value: Option<f64>| {
             source.number(format_args!("{key}.{name}"), value.unwrap_or_default())
         };
@@ -231,68 +231,4 @@ pub(crate) fn told(length: f64) -> String {
 /// A length in three digits.
 pub(crate) fn short(length: f64) -> String {
     plain(format!("{length:.2e}").parse().unwrap_or(length))
-}
-
-/// Refuses keys that the kind of a solid does not use, and one that it lacks.
-fn check_keys(source: &Source<'_>, key: &str, solid: &SolidRow) -> Result<(), FileError> {
-    let (kind, needs) = (solid.kind, solid.kind.needs());
-    let takes = [needs, solid.kind.options()].concat();
-    let given = [
-        ("radius", solid.radius.is_some()),
-        ("length", solid.length.is_some()),
-        ("size", solid.size.is_some()),
-        ("tube", solid.tube.is_some()),
-        ("file", solid.file.is_some()),
-        ("cell", solid.cell.is_some()),
-    ];
-    let keys = || match takes.as_slice() {
-        [] => format!("a {} has no size", kind.name()),
-        takes => format!("a {} takes {}", kind.name(), takes.join(" and ")),
-    };
-    for (name, is_given) in given {
-        if needs.contains(&name) && !is_given {
-            let reason = format!("lacks the key `{name}`: {}", keys());
-            return Err(source.refuse(format_args!("{key}"), reason));
-        }
-        if is_given && !takes.contains(&name) {
-            let reason = format!("is not for its kind: {}", keys());
-            return Err(source.refuse(format_args!("{key}.{name}"), reason));
-        }
-    }
-    Ok(())
-}
-
-impl SolidKind {
-    /// The name a user writes.
-    fn name(self) -> &'static str {
-        match self {
-            SolidKind::Sphere => "sphere",
-            SolidKind::Capsule => "capsule",
-            SolidKind::Box => "box",
-            SolidKind::Cylinder => "cylinder",
-            SolidKind::Torus => "torus",
-            SolidKind::Mesh => "mesh",
-            SolidKind::HalfSpace => "half_space",
-        }
-    }
-
-    /// The keys of its shape that must be given.
-    fn needs(self) -> &'static [&'static str] {
-        match self {
-            SolidKind::Sphere => &["radius"],
-            SolidKind::Capsule | SolidKind::Cylinder => &["radius", "length"],
-            SolidKind::Box => &["size"],
-            SolidKind::Torus => &["radius", "tube"],
-            SolidKind::Mesh => &["file"],
-            SolidKind::HalfSpace => &[],
-        }
-    }
-
-    /// Those that may be.
-    fn options(self) -> &'static [&'static str] {
-        match self {
-            SolidKind::Mesh => &["length", "cell"],
-            _ => &[],
-        }
-    }
 }

@@ -2,10 +2,9 @@
 //!
 //! A lattice keeps its particles and gets others between them; of a mesh every triangle is cut into
 //! four and the lattice inside is set closer. A body made of a material stays one of that material.
-//! One of alike springs keeps its density and the moduli that its springs give inside: with n parts
-//! to a spacing in d dimensions masses become n⁻ᵈ times what they were, springs and dampers n²⁻ᵈ
-//! times, and so do those of materials of sets. Masses put on particles, and links, stay at the
-//! particles that they had.
+//! One of alike springs keeps its density and the moduli that its springs give inside: how the
+//! value of a key follows stands in its row, [`Scale`](super::keys::Scale). Masses put on
+//! particles, and links, stay at the particles that they had.
 
 use crate::error::FileError;
 use crate::file::bodies::MeshReader;
@@ -13,7 +12,7 @@ use crate::file::build::{Understood, understand_rows};
 use crate::file::decode::decode;
 use crate::file::schema::{
     BodyKey, BodyRow, EndRow, Kind, LinkRow, MassRow, MaterialRow, PinRow, SceneFile, TouchRow,
-    WorldRow,
+    WorldRow, find,
 };
 use crate::file::sets::NamedSets;
 use crate::file::sets::pins::masses as added;
@@ -131,55 +130,47 @@ fn nesting(
 
 /// A body at a part of its spacing.
 fn finer(body: &BodyRow, nesting: &Nesting, parts: u64) -> BodyRow {
-    let dimensions = nesting.dimensions();
+    let scaled = |key: &str, value: f64| {
+        value * factor(&format!("bodies.{key}"), parts, nesting.dimensions())
+    };
     let mut fine = body.clone();
-    let scale = spring_scale(nesting, parts);
-    fine.touch = body.touch.as_ref().map(|touch| finer_touch(touch, parts));
-    match nesting {
+    fine.touch = body.touch.as_ref().map(|touch| TouchRow {
+        thickness: touch.thickness.map(|value| scaled("touch.thickness", value)),
+        radius: touch.radius.map(|value| scaled("touch.radius", value)),
+        ..touch.clone()
+    });
+    let default = match nesting {
         Nesting::Lattice(_) => {
             let length = |&length: &u64| length.saturating_sub(1).saturating_mul(parts) + 1;
             fine.size = body.size.as_ref().map(|size| size.iter().map(length).collect());
-            fine.spacing = Some(body.spacing.unwrap_or(1.0) / parts as f64);
-            if first_key(body).is_none() {
-                let Material { mass, stiffness, damping } = Material::default();
-                fine.mass = Some(body.mass.unwrap_or(mass) / power(parts, dimensions));
-                fine.stiffness = Some(body.stiffness.unwrap_or(stiffness) * scale);
-                fine.damping = Some(body.damping.unwrap_or(damping) * scale);
-            }
+            fine.spacing = Some(scaled("spacing", body.spacing.unwrap_or(1.0)));
+            Material::default()
         }
         Nesting::Surface(mesh, is_filled) => {
-            let MeshOptions { stiffness, damping, .. } =
-                MeshOptions::for_mesh(mesh, body.filling.unwrap_or_default());
-            if first_key(body).is_none() {
-                fine.stiffness = Some(body.stiffness.unwrap_or(stiffness) * scale);
-                fine.damping = Some(body.damping.unwrap_or(damping) * scale);
-            }
             if *is_filled {
                 let own = || own_spacing(mesh, body.length.unwrap_or(1.0));
-                fine.spacing = Some(body.spacing.unwrap_or_else(own) / parts as f64);
+                fine.spacing = Some(scaled("spacing", body.spacing.unwrap_or_else(own)));
             }
+            let options = MeshOptions::for_mesh(mesh, body.filling.unwrap_or_default());
+            let MeshOptions { mass, stiffness, damping, .. } = options;
+            Material { mass, stiffness, damping }
         }
+    };
+    if first_key(body).is_none() {
+        // That of a mesh is the mass of the whole.
+        if matches!(nesting, Nesting::Lattice(_)) {
+            fine.mass = Some(scaled("mass", body.mass.unwrap_or(default.mass)));
+        }
+        fine.stiffness = Some(scaled("stiffness", body.stiffness.unwrap_or(default.stiffness)));
+        fine.damping = Some(scaled("damping", body.damping.unwrap_or(default.damping)));
     }
     fine
 }
 
-/// Contact of a finer body: a thickness that fits its spacing.
-fn finer_touch(touch: &TouchRow, parts: u64) -> TouchRow {
-    TouchRow {
-        thickness: touch.thickness.map(|thickness| thickness / parts as f64),
-        radius: touch.radius.map(|radius| radius / parts as f64),
-        ..touch.clone()
-    }
-}
-
-/// The factor of the springs of a finer body.
-fn spring_scale(nesting: &Nesting, parts: u64) -> f64 {
-    power(parts, 2) / power(parts, nesting.dimensions())
-}
-
-/// A power of a small number, exact.
-fn power(parts: u64, exponent: u32) -> f64 {
-    parts.pow(exponent) as f64
+/// The factor of the value at a path in a body of so many dimensions whose spacing has so many
+/// parts.
+fn factor(path: &str, parts: u64, dimensions: u32) -> f64 {
+    find(path).map_or(1.0, |key| key.scale.factor(parts, dimensions))
 }
 
 /// The world of finer bodies: what acts on each particle is shared out among more.
@@ -200,10 +191,10 @@ fn world(
                       cloth or a rope: one scene with several of them cannot be refined";
         return Err(source.refuse(format_args!("world.{key}"), reason));
     }
-    let share = 1.0 / power(parts, dimensions);
+    let factor = |path| factor(path, parts, dimensions);
     Ok(WorldRow {
-        drag: world.drag.map(|drag| drag * share),
-        force: world.force.map(|force| force.map(|force| force * share)),
+        drag: world.drag.map(|drag| drag * factor("world.drag")),
+        force: world.force.map(|force| force.map(|part| part * factor("world.force"))),
         ..world.clone()
     })
 }
@@ -331,10 +322,10 @@ fn materials(
         }
         let first = sets.particles(&key, row)?[0];
         let body = coarse.bodies.partition_point(|body| body.particles.end <= first);
-        let scale = spring_scale(&nestings[body], parts);
+        let factor = |path| factor(path, parts, nestings[body].dimensions());
         Ok(MaterialRow {
-            stiffness: row.stiffness.map(|stiffness| stiffness * scale),
-            damping: row.damping.map(|damping| damping * scale),
+            stiffness: row.stiffness.map(|stiffness| stiffness * factor("materials.stiffness")),
+            damping: row.damping.map(|damping| damping * factor("materials.damping")),
             ..row.clone()
         })
     };

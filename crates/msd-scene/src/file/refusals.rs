@@ -1,10 +1,11 @@
 //! Several refusals of one scene file at once, so that they can be mended in one go.
 
 use crate::error::FileError;
+use crate::file::check::without_rows;
 use crate::file::decode::mend;
-use crate::file::domain::{DOMAINS, Domain, without_rows};
-use crate::file::schema::SceneFile;
+use crate::file::keys::Domain;
 use crate::file::schema::elsewhere::elsewhere;
+use crate::file::schema::{SceneFile, find};
 use crate::file::tree::{Node, Source, Value};
 use crate::precision::Precision;
 
@@ -85,9 +86,9 @@ fn check(source: &Source<'_>, node: &Node, key: &mut String, found: &mut Vec<Fil
 }
 
 fn check_number(source: &Source<'_>, key: &str, value: f64, found: &mut Vec<FileError>) {
-    let tables = without_rows(key);
-    let Some(&(_, domain)) = DOMAINS.iter().find(|row| row.0 == tables) else { return };
-    let domain = match domain {
+    let Some(row) = find(&without_rows(key)) else { return };
+    let domain = match row.domain {
+        Domain::Any | Domain::Words(_) => return,
         Domain::Vector | Domain::Place | Domain::Direction => Domain::Finite,
         other => other,
     };

@@ -1,7 +1,8 @@
 //! The substance of a body, from the keys of its row.
 
 use crate::error::{FileError, nearest, plain};
-use crate::file::domain::Domain;
+use crate::file::check::domain_of;
+use crate::file::keys::Domain;
 use crate::file::schema::{BodyRow, Kind};
 use crate::file::tree::Source;
 use crate::materials::{MATERIALS, Made, Numbers, named};
@@ -159,7 +160,7 @@ impl Keys<'_> {
         let Some(key) = keys.into_iter().find(|key| self.of_row(key).is_some()) else {
             return Ok(());
         };
-        let reason = "means nothing to a solid, which this mesh becomes; `filling = \"shell\"` \
+        let reason = "does not apply to a solid, which this mesh becomes; `filling = \"shell\"` \
                       asks for a shell";
         Err(self.source.refuse(format_args!("bodies[{}].{key}", self.row), reason))
     }
@@ -336,7 +337,7 @@ impl Keys<'_> {
         if let Some(value) = self.number(key)? {
             return Ok(value);
         }
-        let domain = Domain::of(&format!("bodies.{key}")).words();
+        let domain = domain_of(&format!("bodies.{key}")).words();
         let beside = first_key(self.body).unwrap_or("material");
         let kind = if self.is_shell { "shell of a mesh" } else { self.body.kind.name() };
         let reason = format!("lacks the key `{key}`, {domain}: a {kind} with `{beside}` needs it");

@@ -1,7 +1,7 @@
 //! Rotations and spins of bodies and solids, the same bits on every machine.
 
 use crate::error::FileError;
-use crate::file::domain::Domain;
+use crate::file::keys::Domain;
 use crate::file::schema::{RotationRow, Spin};
 use crate::file::tree::Source;
 use glam::{DMat3, DVec3};

@@ -4,7 +4,8 @@ use super::Arguments;
 use crate::cli::failure::{Failure, say};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, CommandFactory};
-use msd_scene::domain::DOMAINS;
+use msd_scene::keys::Form;
+use msd_scene::schema::{SceneFile, find};
 use msd_scene::{nearest, tame};
 
 /// Prints the help that was asked for, or says in one line what is wrong with the arguments.
@@ -46,7 +47,8 @@ fn unknown_option(
     };
     let name = written.strip_prefix("--").filter(|_| error.kind() == ErrorKind::UnknownArgument)?;
     let key = name.replace('-', "_");
-    let keys = DOMAINS.iter().filter_map(|(path, _)| path.rsplit_once('.'));
+    let paths = SceneFile::TABLE.paths();
+    let keys = paths.iter().filter_map(|(path, _)| path.rsplit_once('.'));
     // Of keys of one name the one nearest to the top of the file; nobody means one far down.
     let known = keys.filter(|(table, last)| *last == key && table.matches('.').count() < 2);
     let known = known.min_by_key(|(table, _)| table.len());
@@ -61,8 +63,7 @@ fn unknown_option(
     let others: Vec<String> = others.map(|other| format!("msd {}", other.get_name())).collect();
     let advice = if let Some((table, key)) = known {
         let set = own.iter().any(|option| option == "set");
-        // Of a body there may be several.
-        let path = format!("{}.{key}", table.replace("[]", ".0"));
+        let path = first_row(&format!("{table}.{key}"));
         let or = if set { format!(", or by --set {path}=VALUE") } else { String::new() };
         format!("; {key} is set in the scene file, as {table}.{key}{or}")
     } else if !others.is_empty() {
@@ -74,6 +75,20 @@ fn unknown_option(
     };
     let place = command.map_or(String::new(), |command| format!(" of msd {}", command.get_name()));
     Some(format!("there is no option {written}{place}{advice}"))
+}
+
+/// A path with the first row of each list on its way: `bodies.0.mass`.
+fn first_row(path: &str) -> String {
+    let (mut whole, mut rows) = (String::new(), String::new());
+    for name in path.split('.') {
+        let dot = if whole.is_empty() { "" } else { "." };
+        whole.extend([dot, name]);
+        rows.extend([dot, name]);
+        if let Some(Form::List(Form::Table(_), _)) = find(&whole).map(|key| key.form) {
+            rows.push_str(".0");
+        }
+    }
+    rows
 }
 
 /// The message of the argument parser without usage and advice.

@@ -45,6 +45,8 @@ pub enum CliCommand {
     Scenes(ListArguments),
     /// List the methods, with what each is for
     Methods(ListArguments),
+    /// Print the JSON Schema of scene files, for editors and other programs
+    Schema,
     /// Run a scene without a window and report the result
     Run(RunArguments),
     /// Render a scene to a PNG picture; needs no display

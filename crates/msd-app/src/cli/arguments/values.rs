@@ -2,7 +2,7 @@
 
 use crate::cli::steps::Moments;
 use msd_core::Integrator;
-use msd_scene::domain::MOST_NEWTON;
+use msd_scene::schema::MOST_NEWTON;
 use msd_scene::{Precision, nearest};
 
 /// The length of an integration step.

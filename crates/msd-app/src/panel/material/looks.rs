@@ -25,20 +25,25 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     }
     edits.extend(colours(ui, viewer, &now));
     if now.has_surface {
-        let roughness = change(ui, ("Roughness", ""), now.roughness, 0.0..=1.0, 0.0).0;
+        let roughness =
+            change(ui, ("Roughness", "bodies.look.roughness"), now.roughness, 0.0..=1.0, 0.0).0;
         edits.extend(roughness.map(LookEdit::Roughness));
-        let share = change(ui, ("Translucent", ""), now.translucency, 0.0..=1.0, 0.0).0;
+        let share = change(
+            ui,
+            ("Translucent", "bodies.look.translucency"),
+            now.translucency,
+            0.0..=1.0,
+            0.0,
+        )
+        .0;
         edits.extend(share.map(LookEdit::Translucency));
         let text = now.pattern.map_or("mixed", Pattern::name);
         let names = Pattern::ALL.map(|pattern| (pattern, pattern.name()));
         edits.extend(choice(ui, ("Pattern", text), &names, now.pattern).1.map(LookEdit::Pattern));
     }
     if now.has_surface && now.pattern != Some(Pattern::None) {
-        let size =
-            ui.scope(|ui| change(ui, ("Its size", "m"), now.pattern_size, 0.0..=10.0, 1e-3).0);
-        let hover = "Of a square, a stripe or a thread; 0 for one that suits the body";
-        size.response.on_hover_text(hover);
-        edits.extend(size.inner.map(LookEdit::PatternSize));
+        let size = change(ui, ("Its size", ""), now.pattern_size, 0.0..=10.0, 1e-3).0;
+        edits.extend(size.map(LookEdit::PatternSize));
     }
     edits.into_iter().for_each(|edit| viewer.session.edit_look(edit));
 }

@@ -10,36 +10,36 @@ use egui::{Button, Checkbox, ComboBox, Rect, RichText, Slider, SliderClamping, U
 use msd_core::{Friction, Select};
 use msd_run::on;
 use msd_scene::materials::{MATERIALS, Made, Named, Numbers};
+use msd_scene::schema::find;
 use msd_study::quantity::{quantity, read};
 use std::ops::RangeInclusive;
 
-/// The unit of a stiffness, which goes over so many decades that its numbers need prefixes.
-const STIFFNESS: &str = "N/m";
-/// The units of numbers that are shown with prefixes, by the place of the unit in the list.
-const PREFIXED: [&str; 4] = [STIFFNESS, "Pa", "s", "m"];
+/// The units of numbers that go over so many decades that they need prefixes.
+const PREFIXED: [&str; 4] = ["N/m", "Pa", "s", "m"];
 
-/// What the sliders mean, by their names.
-const ABOUT: [(&str, &str); 19] = [
-    ("Young", "Young's modulus: how stiff the material is"),
-    ("Density", "Mass per volume, or per area of a sheet"),
-    ("Loss", "Relaxation time: how long a strain takes to die out; 0 for no damping"),
-    ("Thickness", "Thickness of the sheet: it bends by its third power"),
-    ("Rest length", "Length of the springs at rest, times that of the scene"),
-    ("Gap", "Distance that the surface keeps on each side: two bodies stop at the sum of theirs"),
-    ("Grip", "Coulomb's coefficient of friction between bodies"),
-    ("Bounce", "Restitution between bodies, 0 to 1; soft bodies bounce by their own springs"),
-    ("Pair grip", "Coulomb's coefficient of friction of these two bodies alone"),
-    ("Pair bounce", "Restitution of these two bodies alone"),
-    ("Mass", "Mass of each particle"),
-    ("Stiffness", "Force of a spring per length that it is stretched by"),
-    ("Damping", "Force of a spring per speed at which it stretches"),
-    ("Gravity", "Acceleration downwards"),
-    ("Restitution", "Fraction of the speed that a bounce returns: 0 to 1"),
-    ("Friction", "Friction of planes and solids, by the law below"),
-    ("Wind", "Force on each particle"),
-    ("Heading", "Direction of the wind; 0° is along x"),
-    ("Gusts", "How much the wind comes and goes: 0 is steady"),
+/// What sliders mean that are not of a key of a scene, and their units, by their names.
+const OWN: [(&str, &str, &str); 7] = [
+    ("Its size", "Of a square, a stripe or a thread; 0 for one that suits the body", "m"),
+    ("Rest length", "Length of the springs at rest, times that of the scene", " ×"),
+    ("Mass", "Mass of each particle", " kg"),
+    ("Gravity", "Acceleration downwards", " m/s²"),
+    ("Friction", "Friction of planes and solids, by the law below", ""),
+    ("Heading", "Direction of the wind; 0° is along x", "°"),
+    ("Gusts", "How much the wind comes and goes: 0 is steady", ""),
 ];
+
+/// What a slider means and its unit: those of a key of a scene, or its own.
+fn meaning(label: &str, key: &str) -> (String, String) {
+    let own = || OWN.into_iter().find(|(name, ..)| *name == label);
+    match (find(key), own()) {
+        (Some(key), _) => {
+            let space = if key.unit.is_empty() || PREFIXED.contains(&key.unit) { "" } else { " " };
+            (key.what().replace('`', ""), format!("{space}{}", key.unit))
+        }
+        (None, Some((_, about, unit))) => (about.into(), unit.into()),
+        (None, None) => Default::default(),
+    }
+}
 
 /// Sliders for material and world.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
@@ -113,14 +113,16 @@ fn bodies(ui: &mut Ui, session: &mut Session) {
     });
 }
 
-/// A slider with a unit, logarithmic from `least` on; returns a new value.
+/// A slider of a key of a scene, or of its own without one, logarithmic from `least` on; returns a
+/// new value.
 fn change(
     ui: &mut Ui,
-    (label, unit): (&str, &str),
+    (label, key): (&str, &str),
     value: MixedValue,
     range: RangeInclusive<f64>,
     least: f64,
 ) -> (Option<f64>, Rect) {
+    let (about, unit) = meaning(label, key);
     let mut number = value.first;
     // A smaller number than the least would become zero.
     let decimals = if 0.0 < least { 3.max((-least.log10()).ceil() as usize) } else { 2 };
@@ -130,24 +132,21 @@ fn change(
         .logarithmic(0.0 < least)
         .smallest_positive(least.max(1e-9))
         .max_decimals(decimals);
-    let widget = match unit {
+    let widget = match PREFIXED.into_iter().find(|prefixed| *prefixed == unit) {
         // The number of the first would pass for that of all.
         _ if value.mixed => widget.custom_formatter(|_, _| "mixed".to_owned()),
-        unit => match PREFIXED.into_iter().find(|prefixed| *prefixed == unit) {
-            None => widget.suffix(unit),
-            Some(unit) => {
-                widget.custom_formatter(move |value, _| quantity(value, unit)).custom_parser(
-                    // The keyboard may only pass by: fewer digits are shown than are set.
-                    move |text| match text == quantity(value.first, unit) {
-                        true => Some(value.first),
-                        false => read(text, unit),
-                    },
-                )
-            }
-        },
+        None => widget.suffix(unit),
+        Some(unit) => {
+            widget.custom_formatter(move |value, _| quantity(value, unit)).custom_parser(
+                // The keyboard may only pass by: fewer digits are shown than are set.
+                move |text| match text == quantity(value.first, unit) {
+                    true => Some(value.first),
+                    false => read(text, unit),
+                },
+            )
+        }
     };
-    let about = ABOUT.into_iter().find(|&(name, _)| name == label).map_or("", |(_, about)| about);
-    let mut response = slider(ui, (label, about), widget);
+    let mut response = slider(ui, (label, &about), widget);
     if value.mixed {
         response = response.on_hover_text("Springs or particles differ; a move sets all of them");
     }
@@ -160,7 +159,7 @@ fn material(ui: &mut Ui, session: &mut Session, made: Made) -> Rect {
     let mut rect = names(ui, session, made);
     let mut edits = Vec::new();
     if let Some(young) = made.young {
-        let (value, at) = change(ui, ("Young", "Pa"), number(young), 1e2..=1e12, 1e2);
+        let (value, at) = change(ui, ("Young", "bodies.young"), number(young), 1e2..=1e12, 1e2);
         edits.extend(value.map(MaterialEdit::Young));
         rect = at;
     }
@@ -174,19 +173,23 @@ fn material(ui: &mut Ui, session: &mut Session, made: Made) -> Rect {
             "Poisson's ratio: the springs and cells are built for it, by the scene file",
         );
     }
-    let (unit, most) = if made.young.is_some() { (" kg/m³", 2e4) } else { (" kg/m²", 1e2) };
+    let (key, most) = match made.young {
+        Some(_) => ("bodies.density", 2e4),
+        None => ("bodies.area_density", 1e2),
+    };
     let density = number(made.density);
-    let (value, _) = change(ui, ("Density", unit), density, most * 1e-5..=most, most * 1e-5);
+    let (value, _) = change(ui, ("Density", key), density, most * 1e-5..=most, most * 1e-5);
     edits.extend(value.map(MaterialEdit::Density));
     let loss = number(made.relaxation_time);
-    let (value, _) = change(ui, ("Loss", "s"), loss, 0.0..=1.0, 1e-6);
+    let (value, _) = change(ui, ("Loss", "bodies.relaxation_time"), loss, 0.0..=1.0, 1e-6);
     edits.extend(value.map(MaterialEdit::RelaxationTime));
     if let Some(thickness) = made.thickness {
-        let (value, _) = change(ui, ("Thickness", "m"), number(thickness), 1e-5..=0.1, 1e-5);
+        let (value, _) =
+            change(ui, ("Thickness", "bodies.thickness"), number(thickness), 1e-5..=0.1, 1e-5);
         edits.extend(value.map(MaterialEdit::Thickness));
     }
     let scale = number(session.material().values().rest_scale);
-    let (value, _) = change(ui, ("Rest length", " ×"), scale, 0.25..=4.0, 0.25);
+    let (value, _) = change(ui, ("Rest length", ""), scale, 0.25..=4.0, 0.25);
     edits.extend(value.map(MaterialEdit::RestScale));
     edits.into_iter().for_each(|edit| session.edit(edit));
     rect
@@ -211,9 +214,11 @@ fn touching(ui: &mut Ui, session: &mut Session) {
     let TouchValues { thickness: Some(thickness), friction, restitution, .. } = now else {
         return;
     };
-    let (thickness, _) = change(ui, ("Gap", "m"), thickness, 1e-5..=1.0, 1e-5);
-    let friction = friction.and_then(|now| change(ui, ("Grip", ""), now, 0.0..=2.0, 0.0).0);
-    let restitution = restitution.and_then(|now| change(ui, ("Bounce", ""), now, 0.0..=1.0, 0.0).0);
+    let (thickness, _) = change(ui, ("Gap", "bodies.touch.thickness"), thickness, 1e-5..=1.0, 1e-5);
+    let friction = friction
+        .and_then(|now| change(ui, ("Grip", "bodies.touch.friction"), now, 0.0..=2.0, 0.0).0);
+    let restitution = restitution
+        .and_then(|now| change(ui, ("Bounce", "bodies.touch.restitution"), now, 0.0..=1.0, 0.0).0);
     let edits = thickness.map(TouchEdit::Thickness).into_iter();
     let edits = edits.chain(friction.map(TouchEdit::Friction));
     edits.chain(restitution.map(TouchEdit::Restitution)).for_each(|edit| session.edit_touch(edit));
@@ -249,8 +254,15 @@ fn touching_with(ui: &mut Ui, session: &mut Session) {
     let Some(&(other, _)) = chosen else { return };
     let Some([friction, restitution]) = session.touch_with(other) else { return };
     let number = |first: f64| MixedValue { first, mixed: false };
-    let (friction, _) = change(ui, ("Pair grip", ""), number(friction), 0.0..=2.0, 0.0);
-    let (restitution, _) = change(ui, ("Pair bounce", ""), number(restitution), 0.0..=1.0, 0.0);
+    let (friction, _) =
+        change(ui, ("Pair grip", "bodies.touch.with.friction"), number(friction), 0.0..=2.0, 0.0);
+    let (restitution, _) = change(
+        ui,
+        ("Pair bounce", "bodies.touch.with.restitution"),
+        number(restitution),
+        0.0..=1.0,
+        0.0,
+    );
     let edits = friction.map(|friction| TouchEdit::FrictionWith(other, friction)).into_iter();
     let edits = edits.chain(restitution.map(|now| TouchEdit::RestitutionWith(other, now)));
     edits.for_each(|edit| session.edit_touch(edit));
@@ -296,16 +308,16 @@ fn about(named: &Named) -> String {
 fn springs(ui: &mut Ui, session: &mut Session) -> Option<Rect> {
     let shown = *session.material().values();
     if let Some(mass) = shown.mass
-        && let (Some(value), _) = change(ui, ("Mass", " kg"), mass, 0.01..=100.0, 0.01)
+        && let (Some(value), _) = change(ui, ("Mass", ""), mass, 0.01..=100.0, 0.01)
     {
         session.edit(MaterialEdit::Mass(value));
     }
     let (Some(stiffness), Some(damping)) = (shown.stiffness, shown.damping) else { return None };
-    let (value, rect) = change(ui, ("Stiffness", STIFFNESS), stiffness, 0.0..=1e6, 0.1);
+    let (value, rect) = change(ui, ("Stiffness", "bodies.stiffness"), stiffness, 0.0..=1e6, 0.1);
     if let Some(value) = value {
         session.edit(MaterialEdit::Stiffness(value));
     }
-    if let (Some(value), _) = change(ui, ("Damping", " N s/m"), damping, 0.0..=1e3, 1e-3) {
+    if let (Some(value), _) = change(ui, ("Damping", "bodies.damping"), damping, 0.0..=1e3, 1e-3) {
         session.edit(MaterialEdit::Damping(value));
     }
     let resists_more = on!(session.runner(), simulation => {
@@ -317,7 +329,7 @@ fn springs(ui: &mut Ui, session: &mut Session) -> Option<Rect> {
         ui.label(RichText::new(text).small().color(theme::FAINT));
     }
     let scale = MixedValue { first: shown.rest_scale, mixed: false };
-    if let (Some(value), _) = change(ui, ("Rest length", " ×"), scale, 0.25..=4.0, 0.25) {
+    if let (Some(value), _) = change(ui, ("Rest length", ""), scale, 0.25..=4.0, 0.25) {
         session.edit(MaterialEdit::RestScale(value));
     }
     Some(rect)
@@ -326,7 +338,7 @@ fn springs(ui: &mut Ui, session: &mut Session) -> Option<Rect> {
 fn world(ui: &mut Ui, session: &mut Session) {
     let shown = *session.material().values();
     let gravity = MixedValue { first: shown.gravity, mixed: false };
-    if let (Some(value), _) = change(ui, ("Gravity", " m/s²"), gravity, 0.0..=100.0, 0.1) {
+    if let (Some(value), _) = change(ui, ("Gravity", ""), gravity, 0.0..=100.0, 0.1) {
         session.edit(MaterialEdit::Gravity(value));
     }
     let (Some(restitution), Some(friction)) = (shown.restitution, shown.friction) else {
@@ -335,7 +347,9 @@ fn world(ui: &mut Ui, session: &mut Session) {
         ui.label(RichText::new(text).small().color(theme::FAINT));
         return;
     };
-    if let (Some(value), _) = change(ui, ("Restitution", ""), restitution, 0.0..=1.0, 0.0) {
+    if let (Some(value), _) =
+        change(ui, ("Restitution", "world.planes.restitution"), restitution, 0.0..=1.0, 0.0)
+    {
         session.edit(MaterialEdit::Restitution(value));
     }
     let (value, most) = match friction {
@@ -378,12 +392,13 @@ fn wind(ui: &mut Ui, Viewer { session, landmarks, .. }: &mut Viewer) {
     let now = session.wind();
     let mut wanted = now;
     let number = |first: f64| MixedValue { first, mixed: false };
-    let (value, rect) = change(ui, ("Wind", " N"), number(now.strength), 0.0..=100.0, 0.01);
+    let (value, rect) =
+        change(ui, ("Wind", "world.force"), number(now.strength), 0.0..=100.0, 0.01);
     landmarks.insert("wind", rect);
     wanted.strength = value.unwrap_or(now.strength);
     if 0.0 < now.strength {
         let heading = number(now.heading.to_degrees());
-        let (value, rect) = change(ui, ("Heading", "°"), heading, -180.0..=180.0, 0.0);
+        let (value, rect) = change(ui, ("Heading", ""), heading, -180.0..=180.0, 0.0);
         landmarks.insert("heading", rect);
         wanted.heading = value.map_or(now.heading, f64::to_radians);
         let (value, rect) = change(ui, ("Gusts", ""), number(now.gusts), 0.0..=1.0, 0.0);

@@ -1,42 +1,32 @@
 //! Rows of the air that acts on surfaces.
 
-use serde::{Deserialize, Serialize};
+use crate::file::keys::{Domain, LENGTH, rows};
 
-/// The air that acts on surfaces.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct AirRow {
-    /// Density, kilograms per cubic metre. Default 1.2.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub density: Option<f64>,
-    /// Velocity of the mean wind, metres per second. Default zero.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub velocity: Option<[f64; 3]>,
-    /// Drag coefficient of a sheet face-on. Default 1.2.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub drag: Option<f64>,
-    /// Lift coefficient. Default 0.98 times that of the drag.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub lift: Option<f64>,
-    /// Gusts beside the mean wind. Default none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub gust: Option<GustRow>,
-}
+rows! {
+    /// The air that acts on surfaces.
+    AirRow {
+        /// Density of the air.
+        density: Option<f64> = "1.2" { unit: "kg/m³", domain: Domain::NotNegative },
+        /// Velocity of the mean wind.
+        velocity: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m/s", domain: Domain::Vector },
+        /// Drag coefficient C_d of a sheet that is face-on to the wind.
+        drag: Option<f64> = "1.2, that of a square plate" { domain: Domain::NotNegative },
+        /// Lift coefficient C_l, at most `drag`. A sheet edge-on has the drag coefficient C_d −
+        /// C_l.
+        lift: Option<f64> = "0.98 times `drag`" { domain: Domain::NotNegative },
+        /// Gusts beside the mean wind.
+        gust: Option<GustRow> = "none",
+    }
 
-/// Gusts: a random velocity of the air, smooth in space and time.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct GustRow {
-    /// Root mean square of the velocity, metres per second. Default 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub strength: Option<f64>,
-    /// Length of a gust, metres. Default 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub length: Option<f64>,
-    /// Time in which gusts change, seconds. Default 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub time: Option<f64>,
-    /// The seed. Default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub seed: Option<u32>,
+    /// Gusts: a random velocity of the air, smooth in space and time.
+    GustRow {
+        /// Root mean square of the velocity of the gusts.
+        strength: Option<f64> = "1" { unit: "m/s", domain: Domain::NotNegative },
+        /// Length of a gust.
+        length: Option<f64> = "1" { unit: "m", domain: LENGTH },
+        /// Time in which the gusts change.
+        time: Option<f64> = "1" { unit: "s", domain: LENGTH },
+        /// Another seed gives other gusts of the same kind.
+        seed: Option<u32> = "0" { domain: Domain::Words("whole, from 0 to 4294967295") },
+    }
 }

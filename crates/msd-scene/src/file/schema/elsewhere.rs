@@ -1,7 +1,8 @@
 //! Keys that stand in another table than the one they were written in.
 
 use crate::error::{FileError, nearest};
-use crate::file::decode::{ALL_KEYS, keys_of};
+use crate::file::decode::ALL_KEYS;
+use crate::file::keys::KeyTable;
 use crate::file::schema::{
     BodyRow, CameraRow, LookRow, PlaneRow, SolidRow, SolverRow, TouchRow, WorldRow,
 };
@@ -24,26 +25,26 @@ fn place_of(key: &str, table: &str) -> Option<String> {
         format!("{}.", body.unwrap_or("bodies[0]"))
     };
     let tables = [
-        (format!("{from}look."), keys_of::<LookRow>()),
-        ("solver.".into(), keys_of::<SolverRow>()),
-        ("world.".into(), keys_of::<WorldRow>()),
-        (from.clone(), keys_of::<BodyRow>()),
-        ("world.planes[0].".into(), keys_of::<PlaneRow>()),
-        ("world.solids[0].".into(), keys_of::<SolidRow>()),
-        (format!("{from}touch."), keys_of::<TouchRow>()),
-        ("camera.".into(), keys_of::<CameraRow>()),
+        (format!("{from}look."), LookRow::TABLE),
+        ("solver.".into(), SolverRow::TABLE),
+        ("world.".into(), WorldRow::TABLE),
+        (from.clone(), BodyRow::TABLE),
+        ("world.planes[0].".into(), PlaneRow::TABLE),
+        ("world.solids[0].".into(), SolidRow::TABLE),
+        (format!("{from}touch."), TouchRow::TABLE),
+        ("camera.".into(), CameraRow::TABLE),
     ];
     // The very word first.
-    let same = tables.iter().find(|(_, keys)| keys.contains(&key));
+    let same = tables.iter().find(|(_, table)| table.find(key).is_some());
     if let Some((path, _)) = same {
         return Some(format!("{path}{key}"));
     }
-    let like = tables.iter().find_map(|(path, keys)| Some((path, is_like(key, keys)?)));
+    let like = tables.iter().find_map(|(path, table)| Some((path, is_like(key, table)?)));
     like.map(|(path, key)| format!("{path}{key}"))
 }
 
 /// A key that differs by a letter: among so many tables one that is only near is a guess.
-fn is_like(written: &str, keys: &[&'static str]) -> Option<&'static str> {
-    let near = nearest(written, keys.iter().copied())?;
+fn is_like(written: &str, table: &KeyTable) -> Option<&'static str> {
+    let near = nearest(written, table.keys.iter().map(|row| row.name))?;
     (near.len().abs_diff(written.len()) <= 1 && 3 < written.len()).then_some(near)
 }

@@ -1,5 +1,6 @@
 //! Rows of looks and of the camera.
 
+use crate::file::keys::{Domain, LENGTH, rows};
 use msd_core::{Look, Pattern};
 use serde::{Deserialize, Serialize};
 
@@ -79,48 +80,41 @@ impl Finish {
     }
 }
 
-/// How a body looks.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LookRow {
-    /// What it seems to be made of. Default by the kind of the body.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub finish: Option<Finish>,
-    /// Colour, `"#rrggbb"`. Default by the place of the body among the others; of wood brown, of
-    /// metal grey.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub colour: Option<String>,
-    /// Colour of the other side of a sheet, `"#rrggbb"`. Default a lighter shade.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub back: Option<String>,
-    /// From 0, which mirrors, to 1, which is dull. Default that of the finish.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub roughness: Option<f64>,
-    /// The share of light that passes thin parts, 0 to 1. Default that of the finish.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub translucency: Option<f64>,
-    /// What is repeated along the surface. Default that of the finish.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pattern: Option<Pattern>,
-    /// Size of the pattern, metres. Default a part of the body that suits the pattern.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pattern_size: Option<f64>,
-}
+rows! {
+    /// How a body looks.
+    LookRow {
+        /// What it seems to be made of. `clay`: dull; `plastic`: smooth; `jelly`: glossy, and light
+        /// passes through thin parts; `cloth`: woven; `metal`: mirrors in its own colour; `wood`:
+        /// grained.
+        finish: Option<Finish> = "of a block `jelly`, of a cloth or a rope `cloth`, of a solid \
+                                  mesh `clay`, of others `plastic`",
+        /// Colour, sRGB.
+        colour: Option<String> = "by the place of the body among the others; of `metal` grey, of \
+                                  `wood` brown"
+            { domain: Domain::Words("text, `\"#rrggbb\"`") },
+        /// Colour of the other side of a cloth or a shell, sRGB.
+        back: Option<String> = "a lighter shade" { domain: Domain::Words("text, `\"#rrggbb\"`") },
+        /// 0 mirrors, 1 is dull.
+        roughness: Option<f64> = "that of the finish" { domain: Domain::Fraction },
+        /// Share of light that passes thin parts.
+        translucency: Option<f64> = "that of the finish" { domain: Domain::Fraction },
+        /// Pattern along the surface.
+        pattern: Option<Pattern> = "that of the finish",
+        /// Side of a square, width of a stripe or a thread, distance of two lines of a grain;
+        /// rounded so that it fits whole.
+        pattern_size: Option<f64> = "a part of the body" { unit: "m", domain: LENGTH },
+    }
 
-/// From where a scene is looked at, unless the user says otherwise.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CameraRow {
-    /// Azimuth about the vertical, degrees; at 0 the camera is on the +z side.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub yaw_deg: Option<f64>,
-    /// Elevation above the horizon, degrees.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pitch_deg: Option<f64>,
-    /// What is in the middle of the picture, metres. Default the middle of the bodies.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub target: Option<[f64; 3]>,
-    /// Distance from there, metres. Default as near as all bodies are in the picture.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub distance: Option<f64>,
+    /// From where a scene is looked at, unless the user says otherwise.
+    CameraRow: Copy {
+        /// Azimuth about the vertical; at 0 the camera is on the +z side, at 90 on the +x side.
+        yaw_deg: Option<f64> = "34" { unit: "°", domain: Domain::Finite },
+        /// Elevation above the horizon. The camera stays above a level plane whatever this says.
+        pitch_deg: Option<f64> = "20" { unit: "°", domain: Domain::Elevation },
+        /// Point in the middle of the picture.
+        target: Option<[f64; 3]> = "the middle of the bodies" { unit: "m", domain: Domain::Place },
+        /// Distance of the camera from there.
+        distance: Option<f64> = "as near as all bodies are in the picture"
+            { unit: "m", domain: LENGTH },
+    }
 }

@@ -1,5 +1,6 @@
 //! Rows that choose particles of bodies: named sets, pins, masses, materials and links.
 
+use crate::file::keys::{Domain, Form, LENGTH, Scale, Written, rows};
 use serde::de::{Deserializer, Error, Unexpected, Visitor};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -12,6 +13,10 @@ pub enum BodyKey {
     Number(u64),
     /// The name that it has, or its kind where it has none.
     Name(String),
+}
+
+impl Written for BodyKey {
+    const FORM: Form = Form::Either(&[u64::FORM, Form::Text]);
 }
 
 impl<'de> Deserialize<'de> for BodyKey {
@@ -43,147 +48,114 @@ impl Visitor<'_> for BodyVisitor {
     }
 }
 
-/// A named set: the particles of a body that are in a box or in a sphere at the start.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SetRow {
-    /// What rows call it.
-    pub name: String,
-    /// The body. Default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub body: Option<BodyKey>,
-    /// The box.
-    #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
-    pub cuboid: Option<BoxRow>,
-    /// The sphere, instead of the box.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sphere: Option<SphereRow>,
-}
+const BODY: Domain = Domain::Words("a body");
+const SET: Domain = Domain::Words("the name of a set");
 
-/// A box along the axes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BoxRow {
-    /// Where its middle is, metres.
-    pub position: [f64; 3],
-    /// Its three sides, metres.
-    pub size: [f64; 3],
-}
+rows! {
+    /// A named set: the particles of a body that are in a box or in a sphere at the start.
+    SetRow {
+        /// Its name.
+        name: String { domain: Domain::Words("text that no other set has") },
+        /// Which body: its number, counted from 0, or its name.
+        body: Option<BodyKey> = "0" { domain: BODY },
+        /// A box along the axes.
+        cuboid as "box": Option<BoxRow> = "one of the two",
+        /// A sphere.
+        sphere: Option<SphereRow> = "one of the two",
+    }
 
-/// All points within a radius.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SphereRow {
-    /// Where its middle is, metres.
-    pub position: [f64; 3],
-    /// The radius, metres.
-    pub radius: f64,
-}
+    /// A box along the axes.
+    BoxRow: Copy {
+        /// Where its middle is.
+        position: [f64; 3] { unit: "m", domain: Domain::Place },
+        /// The three sides.
+        size: [f64; 3] { unit: "m", domain: LENGTH },
+    }
 
-/// One or several particles held by hand.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PinRow {
-    /// The body. Default 0, or that of the set.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub body: Option<BodyKey>,
-    /// The particle, counted in the body: not negative.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub particle: Option<i64>,
-    /// Row, column and stack of a particle of a lattice, instead of `particle`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub at: Option<[u64; 3]>,
-    /// Every n-th particle of the top row of a lattice, instead of `particle`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub every: Option<u64>,
-    /// The name of a set, instead of `particle`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub set: Option<String>,
-    /// Velocity it is moved with, metres per second. Default zero.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub velocity: Option<[f64; 3]>,
-}
+    /// All points within a radius.
+    SphereRow: Copy {
+        /// Where its middle is.
+        position: [f64; 3] { unit: "m", domain: Domain::Place },
+        /// Radius.
+        radius: f64 { unit: "m", domain: LENGTH },
+    }
 
-/// A mass on each of some particles, besides their own.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MassRow {
-    /// The body. Default 0, or that of the set.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub body: Option<BodyKey>,
-    /// The particle, counted in the body: not negative.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub particle: Option<i64>,
-    /// Row, column and stack of a particle of a lattice, instead of `particle`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub at: Option<[u64; 3]>,
-    /// The name of a set, instead of `particle`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub set: Option<String>,
-    /// The mass on each of them, kilograms.
-    pub mass: f64,
-}
+    /// One or several particles held by hand.
+    PinRow {
+        /// Which body: its number, counted from 0, or its name.
+        body: Option<BodyKey> = "0, or that of the set" { domain: BODY },
+        /// The particle, counted from 0 in the body.
+        particle: Option<i64> = "one of these four" { domain: Domain::Words("a particle") },
+        /// `[row, column, stack]` of a particle of a lattice, counted from 0; row 0 is the lowest.
+        at: Option<[u64; 3]> = "one of these four" { domain: Domain::Words("inside the lattice") },
+        /// Every n-th particle of the top row of a lattice, starting with its first.
+        every: Option<u64> = "one of these four" { domain: Domain::Count(u64::MAX, "at least 1") },
+        /// The particles of a set.
+        set: Option<String> = "one of these four" { domain: SET },
+        /// Velocity of the pin.
+        velocity: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m/s", domain: Domain::Vector },
+    }
 
-/// The material of the springs of a body that join two particles of a set.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MaterialRow {
-    /// The body. Default 0, or that of the set.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub body: Option<BodyKey>,
-    /// The name of the set.
-    pub set: String,
-    /// Stiffness of each spring, newtons per metre. Default that of the body.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stiffness: Option<f64>,
-    /// Damping of each spring, newton seconds per metre. Default that of the body.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub damping: Option<f64>,
-    /// Bodies of a material: Young's modulus, pascals. Default that of the body.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub young: Option<f64>,
-    /// Bodies of a material: viscosity over modulus, seconds. Default that of the body.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub relaxation_time: Option<f64>,
-}
+    /// A mass on each of some particles, besides their own.
+    MassRow {
+        /// Which body: its number, counted from 0, or its name.
+        body: Option<BodyKey> = "0, or that of the set" { domain: BODY },
+        /// The particle, counted from 0 in the body.
+        particle: Option<i64> = "one of these three" { domain: Domain::Words("a particle") },
+        /// `[row, column, stack]` of a particle of a lattice, counted from 0; row 0 is the lowest.
+        at: Option<[u64; 3]> = "one of these three" { domain: Domain::Words("inside the lattice") },
+        /// The particles of a set.
+        set: Option<String> = "one of these three" { domain: SET },
+        /// The mass that is added to each.
+        mass: f64 { unit: "kg", domain: Domain::Mass },
+    }
 
-/// Springs between two bodies, or between particles of one: each particle of `from` is joined to
-/// the nearest of `to`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LinkRow {
-    /// The particles that are joined.
-    pub from: EndRow,
-    /// Those that they are joined to.
-    pub to: EndRow,
-    /// The largest distance of two particles that are joined, metres. Default any.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub within: Option<f64>,
-    /// Length without force, metres. Default the distance at the start.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rest_length: Option<f64>,
-    /// Stiffness of each spring, newtons per metre. Default 1000.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stiffness: Option<f64>,
-    /// Damping of each spring, newton seconds per metre. Default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub damping: Option<f64>,
-}
+    /// The material of the springs of a body that join two particles of a set.
+    MaterialRow {
+        /// Which body: its number, counted from 0, or its name.
+        body: Option<BodyKey> = "0, or that of the set" { domain: BODY },
+        /// The set; at least one spring joins two of its particles.
+        set: String { domain: SET },
+        /// Stiffness of each spring. Those of a mesh that resist bending keep their part of it.
+        stiffness: Option<f64> = "that of the body"
+            { unit: "N/m", domain: Domain::NotNegative, scale: Scale::SPRING },
+        /// Damping of each spring.
+        damping: Option<f64> = "that of the body"
+            { unit: "N s/m", domain: Domain::NotNegative, scale: Scale::SPRING },
+        /// Young's modulus; not of a woven cloth.
+        young: Option<f64> = "that of the body" { unit: "Pa", domain: Domain::Positive },
+        /// Viscosity over modulus.
+        relaxation_time: Option<f64> = "that of the body"
+            { unit: "s", domain: Domain::NotNegative },
+    }
 
-/// The particles at one end of links.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct EndRow {
-    /// The body. Default 0, or that of the set.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub body: Option<BodyKey>,
-    /// The particle, counted in the body: not negative.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub particle: Option<i64>,
-    /// Row, column and stack of a particle of a lattice, instead of `particle`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub at: Option<[u64; 3]>,
-    /// The name of a set, instead of `particle`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub set: Option<String>,
+    /// Springs between two bodies, or between particles of one: each particle of `from` is joined
+    /// to the nearest of `to`.
+    LinkRow {
+        /// The particles that are joined.
+        from: EndRow,
+        /// The particles that they are joined to.
+        to: EndRow,
+        /// The largest distance at which two are joined.
+        within: Option<f64> = "any" { unit: "m", domain: Domain::Positive },
+        /// Length at which the spring exerts no force.
+        rest_length: Option<f64> = "the distance of its ends"
+            { unit: "m", domain: Domain::NotNegative },
+        /// Stiffness of each spring.
+        stiffness: Option<f64> = "1000" { unit: "N/m", domain: Domain::NotNegative },
+        /// Damping of each spring.
+        damping: Option<f64> = "0" { unit: "N s/m", domain: Domain::NotNegative },
+    }
+
+    /// The particles at one end of links.
+    EndRow {
+        /// Which body: its number, counted from 0, or its name.
+        body: Option<BodyKey> = "0, or that of the set" { domain: BODY },
+        /// The particle, counted from 0 in the body.
+        particle: Option<i64> = "one of these three" { domain: Domain::Words("a particle") },
+        /// `[row, column, stack]` of a particle of a lattice, counted from 0; row 0 is the lowest.
+        at: Option<[u64; 3]> = "one of these three" { domain: Domain::Words("inside the lattice") },
+        /// The particles of a set.
+        set: Option<String> = "one of these three" { domain: SET },
+    }
 }

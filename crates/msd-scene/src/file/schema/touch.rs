@@ -1,64 +1,50 @@
 //! Rows of how bodies meet.
 
-use serde::{Deserialize, Serialize};
+use crate::file::keys::{Domain, LENGTH, Scale, rows};
 
-/// How a body meets itself and others.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TouchRow {
-    /// Distance that its surface keeps on each side, or a rope or a particle on all sides, metres.
-    /// Default a tenth of the spacing.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub thickness: Option<f64>,
-    /// Coulomb's factor. Default 0.5.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub friction: Option<f64>,
-    /// Coefficient of restitution. Default 0: a soft body bounces by its own springs.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub restitution: Option<f64>,
-    /// Whether the body meets itself. Default true, but false of a block or a solid mesh.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub itself: Option<bool>,
-    /// Whether it keeps its thickness from obstacles too; else they meet its particles as points.
-    /// Default false.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub obstacles: Option<bool>,
-    /// The names of bodies that it passes through.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub ignore: Vec<String>,
-    /// How it meets single other bodies, in place of what follows from both.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub with: Vec<WithRow>,
-    /// The older name of the thickness, metres.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub radius: Option<f64>,
-    /// Of older files, newtons per metre: without effect.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stiffness: Option<f64>,
-    /// Of older files, newton seconds per metre: without effect.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub damping: Option<f64>,
-    /// Of older files: without effect.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub triangles: Option<bool>,
-}
+rows! {
+    /// How a body meets itself and others.
+    TouchRow {
+        /// Distance that its surface keeps on each side, or a rope or a particle on all; at most
+        /// 0.4 of the spacing.
+        thickness: Option<f64> = "a tenth of the spacing, which is the median over particles of \
+                                  their shortest spring"
+            { unit: "m", domain: LENGTH, scale: Scale::LENGTH },
+        /// Coulomb's coefficient of friction; of two bodies the root of the product.
+        friction: Option<f64> = "0.5" { domain: Domain::Factor },
+        /// Coefficient of restitution; of two bodies the larger. A soft body bounces by its own
+        /// springs and needs none.
+        restitution: Option<f64> = "0" { domain: Domain::Fraction },
+        /// Whether the body meets itself.
+        itself: Option<bool> = "`true`, but `false` of a block or a solid mesh",
+        /// Whether it keeps its thickness from obstacles too, under every method. Otherwise they
+        /// meet its particles as points.
+        obstacles: Option<bool> = "`false`",
+        /// Names of bodies that it passes through.
+        ignore: Vec<String> = "none",
+        /// How it meets single other bodies: see [`with`](#with-of-touch).
+        with: Vec<WithRow> = "none",
+        /// Of older files: read as `thickness`, at most 0.4 of the spacing, with a note.
+        radius: Option<f64> = "none" { unit: "m", domain: LENGTH, scale: Scale::LENGTH },
+        /// Of older files: has no effect, which a note says.
+        stiffness: Option<f64> = "none" { domain: Domain::Words("any number") },
+        /// Of older files: has no effect, which a note says.
+        damping: Option<f64> = "none" { domain: Domain::Words("any number") },
+        /// Of older files: has no effect, which a note says.
+        triangles: Option<bool> = "none",
+    }
 
-/// How a body meets another.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct WithRow {
-    /// The name of the other body.
-    pub body: String,
-    /// Coulomb's factor of the two.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub friction: Option<f64>,
-    /// Coefficient of restitution of the two.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub restitution: Option<f64>,
-    /// Of older files, newtons per metre: without effect.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stiffness: Option<f64>,
-    /// Of older files, newton seconds per metre: without effect.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub damping: Option<f64>,
+    /// How a body meets another.
+    WithRow {
+        /// Name of the other body, which has a table `touch` as well.
+        body: String,
+        /// Coulomb's coefficient of friction of the two.
+        friction: Option<f64> = "the root of the product" { domain: Domain::Factor },
+        /// Coefficient of restitution of the two.
+        restitution: Option<f64> = "the larger one" { domain: Domain::Fraction },
+        /// Of older files: has no effect, which a note says.
+        stiffness: Option<f64> = "none" { domain: Domain::Words("any number") },
+        /// Of older files: has no effect, which a note says.
+        damping: Option<f64> = "none" { domain: Domain::Words("any number") },
+    }
 }

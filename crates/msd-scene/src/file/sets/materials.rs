@@ -155,7 +155,7 @@ fn change(
     if let Some((name, _)) = other.into_iter().find(|(_, value)| value.is_some()) {
         let what = if made.is_some() { "made of a material" } else { "given by its springs" };
         let it = sets.title(body);
-        let reason = format!("means nothing to {it}, which is {what}: it has `{names}`");
+        let reason = format!("does not apply to {it}, which is {what}: it has `{names}`");
         return Err(source.refuse(format_args!("{key}.{name}"), reason));
     }
     if own.iter().all(|(_, value)| value.is_none()) {
@@ -179,7 +179,7 @@ fn change(
                 (Some(young), Some(was)) => young / was,
                 (Some(_), None) => {
                     let it = sets.title(body);
-                    let reason = format!("means nothing to {it}, which is woven: it has none");
+                    let reason = format!("does not apply to {it}, which is woven: it has none");
                     return Err(source.refuse(format_args!("{key}.young"), reason));
                 }
             };

@@ -2,7 +2,7 @@
 
 use super::NamedSets;
 use crate::error::FileError;
-use crate::file::domain::Domain;
+use crate::file::keys::Domain;
 use crate::file::schema::{BodyRow, MassRow, PinRow};
 use crate::file::tree::Source;
 use crate::file::turn::spin;

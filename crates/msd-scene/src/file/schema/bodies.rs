@@ -1,0 +1,240 @@
+//! Rows of bodies.
+
+use super::{LookRow, TouchRow};
+use crate::file::keys::{Domain, Form, Scale, Written, rows};
+use crate::mesh::Filling;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// How a body is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// A line of particles along x.
+    Rope,
+    /// A sheet in the plane z = 0: rows along y, columns along x.
+    Cloth,
+    /// A block: rows along y, columns along x, stacks along z.
+    #[default]
+    Block,
+    /// A triangle mesh made a solid or a shell.
+    Mesh,
+    /// Particles and springs one by one.
+    Explicit,
+}
+
+impl Kind {
+    /// The name a user writes.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Rope => "rope",
+            Kind::Cloth => "cloth",
+            Kind::Block => "block",
+            Kind::Mesh => "mesh",
+            Kind::Explicit => "explicit",
+        }
+    }
+}
+
+const LATTICES: &[&str] = &["rope", "cloth", "block"];
+/// Bodies with a spacing.
+const SPACED: &[&str] = &["rope", "cloth", "block", "mesh"];
+const BROAD: &[&str] = &["cloth", "block", "mesh"];
+const SHEETS: &[&str] = &["cloth", "mesh"];
+
+rows! {
+    /// A body. Which keys it may have depends on its kind.
+    BodyRow {
+        /// How the body is made.
+        kind: Kind,
+        /// Its name.
+        name: Option<String> = "its kind",
+        /// Particles: `[count]` of a rope along x, `[rows, columns]` of a cloth along y and x,
+        /// `[rows, columns, stacks]` of a block along y, x and z.
+        size: Option<Vec<u64>> = "must be given"
+            { domain: Domain::Count(u64::MAX, "at least 1"), kinds: LATTICES, needed: LATTICES },
+        /// Distance between neighbouring particles; in a mesh, in its interior lattice.
+        spacing: Option<f64> = "1; of a mesh by the size of its triangles"
+            { unit: "m", domain: Domain::Positive, kinds: SPACED, scale: Scale::LENGTH },
+        /// Number of neighbours of an interior particle.
+        neighbours: Option<u32> = "2, 8, 26: with diagonals"
+            { domain: Domain::Words("2 of a rope; 4, 8 of a cloth; 6, 26 of a block"),
+              kinds: LATTICES },
+        /// Mesh file, relative to the scene file: `.obj`, `.stl`, `.ply`, `.gltf`, `.glb`.
+        /// `bunny.obj` and `teapot.obj` are built in and need no file.
+        file: Option<String> = "must be given" { kinds: &["mesh"], needed: &["mesh"] },
+        /// `solid`: a lattice inside the surface, whose holes are taken for closed; `shell`: the
+        /// surface alone; `auto`: solid if the mesh is closed. Closed parts of a file that touch
+        /// are not joined.
+        filling: Option<Filling> = "`auto`" { kinds: &["mesh"] },
+        /// Longest side of the box around the mesh.
+        length: Option<f64> = "1" { unit: "m", domain: Domain::Positive, kinds: &["mesh"] },
+        /// Of a mesh: stiffness and damping of the springs of a shell that resist bending, as a
+        /// fraction of those of the others. Of a cloth, a shell or a rope of a material: bending
+        /// stiffness, N m per width of a cloth or a shell, N m² of a rope.
+        bending: Option<f64> = "of a mesh 1; of a uniform cloth or shell E t³/(12 (1 − 1/9)), of a \
+                                woven one 0; of a rope E π d⁴/64"
+            { domain: Domain::NotNegative, kinds: &["rope", "cloth", "mesh"] },
+        /// The particles.
+        particles: Vec<ParticleRow> = "must be given"
+            { domain: Domain::Filled, kinds: &["explicit"], needed: &["explicit"] },
+        /// The springs.
+        springs: Vec<SpringRow> = "none" { kinds: &["explicit"] },
+        /// Mass of each particle, or of a whole mesh.
+        mass: Option<f64> = "1" { unit: "kg", domain: Domain::Mass, scale: Scale::SHARE },
+        /// Stiffness of each spring: force per length that it is stretched by.
+        stiffness: Option<f64> = "1000; of a closed mesh 200, of an open mesh 1000"
+            { unit: "N/m", domain: Domain::NotNegative, scale: Scale::SPRING },
+        /// Damping of each spring along its direction: force per speed at which it stretches.
+        damping: Option<f64> = "0; of a closed mesh 0.04, of an open mesh 0.2"
+            { unit: "N s/m", domain: Domain::NotNegative, scale: Scale::SPRING },
+        /// Where the origin of the body goes. The origin is the centre of a lattice or of the box
+        /// around a mesh, and (0, 0, 0) in an explicit body.
+        position: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m", domain: Domain::Place },
+        /// Rotation about that origin, before the body is moved.
+        rotation: Option<RotationRow> = "none",
+        /// Velocity of every particle.
+        velocity: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m/s", domain: Domain::Vector },
+        /// How its particles touch each other and those of other bodies, see [`touch`](#touch).
+        touch: Option<TouchRow> = "none: not at all",
+        /// How it looks, see [`look`](#look).
+        look: Option<LookRow> = "by its kind",
+        /// Angular velocity about the centre of mass: a vector, or a table.
+        spin: Option<Spin> = "none"
+            { unit: "rad/s", domain: Domain::Words("three finite numbers, or a table") },
+        /// Name of a material.
+        material: Option<String> = "none"
+            { domain: Domain::Words("a name of [materials.md](materials.md)"), kinds: SPACED },
+        /// Young's modulus: how stiff the material is.
+        young: Option<f64> = "that of the material"
+            { unit: "Pa", domain: Domain::Positive, kinds: SPACED },
+        /// Poisson's ratio. Of a block 0 to 0.45; its cells resist a change of volume too, unless
+        /// it is 1/4, that of springs. Of a mesh 1/4; of a cloth or a shell 1/3.
+        poisson: Option<f64> = "that of springs: 1/4 of a block or a mesh, 1/3 of a cloth or a \
+                                shell"
+            { domain: Domain::Finite, kinds: BROAD },
+        /// Density: mass per volume.
+        density: Option<f64> = "that of the material"
+            { unit: "kg/m³", domain: Domain::Positive, kinds: SPACED },
+        /// Relaxation time, viscosity over modulus (Kelvin and Voigt): how long a strain takes to
+        /// die out. It is the damping of a spring over its stiffness.
+        relaxation_time: Option<f64> = "that of the material, or 0"
+            { unit: "s", domain: Domain::NotNegative, kinds: SPACED },
+        /// Damping ratio of the lowest mode of the free body, without pins, instead of
+        /// `relaxation_time`; of at most 4000 particles.
+        damping_ratio: Option<f64> = "none" { domain: Domain::NotNegative, kinds: SPACED },
+        /// Thickness of a cloth or of the shell of a mesh: it bends by its third power.
+        thickness: Option<f64> = "must be given, unless the cloth is woven and has an \
+                                  `area_density`"
+            { unit: "m", domain: Domain::Positive, kinds: SHEETS },
+        /// Mass per area, instead of `density` times `thickness`.
+        area_density: Option<f64> = "that of the material"
+            { unit: "kg/m²", domain: Domain::Positive, kinds: SHEETS },
+        /// Woven: modulus along the rows (y); with `young_weft` and `shear` instead of `young`.
+        young_warp: Option<f64> = "that of the material"
+            { unit: "N/m", domain: Domain::Positive, kinds: &["cloth"] },
+        /// Woven: modulus along the columns (x).
+        young_weft: Option<f64> = "that of the material"
+            { unit: "N/m", domain: Domain::Positive, kinds: &["cloth"] },
+        /// Woven: shear modulus; at most the product of the two others over their difference.
+        shear: Option<f64> = "that of the material"
+            { unit: "N/m", domain: Domain::Positive, kinds: &["cloth"] },
+        /// Bending stiffness along the rows; with `bending_weft` and `bending_bias` instead of
+        /// `bending`.
+        bending_warp: Option<f64> = "`bending`"
+            { unit: "N m", domain: Domain::NotNegative, kinds: &["cloth"] },
+        /// Bending stiffness along the columns.
+        bending_weft: Option<f64> = "`bending`"
+            { unit: "N m", domain: Domain::NotNegative, kinds: &["cloth"] },
+        /// Bending stiffness at 45 degrees to both; at least a quarter of the sum of the two
+        /// others.
+        bending_bias: Option<f64> = "`bending`"
+            { unit: "N m", domain: Domain::NotNegative, kinds: &["cloth"] },
+        /// Diameter of a rope.
+        diameter: Option<f64> = "must be given"
+            { unit: "m", domain: Domain::Positive, kinds: &["rope"] },
+    }
+
+    /// A turn about an axis.
+    RotationRow: Copy {
+        /// The axis.
+        axis: [f64; 3] { domain: Domain::Direction },
+        /// The angle by the right-hand rule.
+        angle_deg: f64 { unit: "°", domain: Domain::Finite },
+    }
+
+    /// An axis, given or drawn by lot, and a speed.
+    SpinRow: Copy {
+        /// The axis.
+        axis: Option<[f64; 3]> = "this or the next" { domain: Domain::Direction },
+        /// Seed of a random axis, uniform over all directions and the same on every machine.
+        random_axis_seed: Option<u64> = "this or the one before"
+            { domain: Domain::Words("whole, not negative") },
+        /// Angular speed by the right-hand rule.
+        speed: f64 { unit: "rad/s", domain: Domain::Finite },
+    }
+
+    /// A particle of an explicit body.
+    ParticleRow: Copy {
+        /// Position relative to the origin of the body.
+        position: [f64; 3] { unit: "m", domain: Domain::Place },
+        /// Velocity in addition to the body's; rotated with the body.
+        velocity: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m/s", domain: Domain::Vector },
+        /// Mass.
+        mass: Option<f64> = "that of the body" { unit: "kg", domain: Domain::Mass },
+    }
+
+    /// A spring of an explicit body.
+    SpringRow: Copy {
+        /// The two particles it joins, counted from 0 within the body.
+        ends: [u64; 2] { domain: Domain::Words("two different particles") },
+        /// Length at which the spring exerts no force.
+        rest_length: Option<f64> = "the distance of its ends"
+            { unit: "m", domain: Domain::NotNegative },
+        /// Stiffness.
+        stiffness: Option<f64> = "that of the body" { unit: "N/m", domain: Domain::NotNegative },
+        /// Damping.
+        damping: Option<f64> = "that of the body" { unit: "N s/m", domain: Domain::NotNegative },
+    }
+}
+
+/// An angular velocity: a vector, or an axis and a speed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Spin {
+    /// The vector, radians per second.
+    Vector([f64; 3]),
+    /// An axis and a speed.
+    About(SpinRow),
+}
+
+impl Written for Spin {
+    const FORM: Form = Form::Either(&[<[f64; 3]>::FORM, SpinRow::FORM]);
+}
+
+impl<'de> Deserialize<'de> for Spin {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(SpinVisitor)
+    }
+}
+
+/// Chooses by what was written: serde's own choice by trial would lose every message.
+struct SpinVisitor;
+
+impl<'de> Visitor<'de> for SpinVisitor {
+    type Value = Spin;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a list of three numbers, or a table of axis and speed")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Spin, A::Error> {
+        Deserialize::deserialize(SeqAccessDeserializer::new(list)).map(Spin::Vector)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<Spin, A::Error> {
+        Deserialize::deserialize(MapAccessDeserializer::new(table)).map(Spin::About)
+    }
+}
