@@ -10,13 +10,13 @@ cd "$(dirname "$0")/.."
 
 frames=$(mktemp -d)
 trap 'rm -r "$frames"' EXIT
-MSD_FILM=$frames cargo test --release --test film -- --ignored film_of_a_grab
+MSD_FILM=$frames cargo test --release -p msd-app --test all -- --ignored film_of_a_grab
 # Every second frame: 15 pictures a second.
 img2webp -loop 0 -lossy -q 55 -m 4 -d 66 "$frames"/*[02468].png -o docs/grab.webp
 ls -l docs/grab.webp
 
 # The five pictures of the first five minutes, each step of the guide with the real controls.
-MSD_FILM=$frames cargo test --release --test film -- --ignored pictures_of_the_first_five_minutes
+MSD_FILM=$frames cargo test --release -p msd-app --test all -- --ignored pictures_of_the_first_five_minutes
 mkdir -p docs/first
 for step in grab stiffen blow-up mend cost; do
     cwebp -quiet -q 70 -resize 900 0 "$frames/$step.png" -o "docs/first/$step.webp"

@@ -1,0 +1,43 @@
+//! What the program does, by its command line and by its window without a display.
+//!
+//! One binary, as linking takes longer than compiling; `window/` and `readers/` need what a machine
+//! may lack.
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../common/frames.rs"]
+mod frames;
+mod bench;
+mod cli;
+mod cli_bad_input;
+mod cli_film;
+mod cli_keep;
+mod cli_outputs;
+mod cli_set;
+mod export;
+mod files;
+mod film;
+mod filming;
+mod focus;
+mod frame_rate;
+mod hands;
+mod honesty;
+mod left_panel;
+mod links;
+mod looks;
+mod manners;
+mod material_panel;
+mod panel;
+mod parts;
+mod past;
+mod phone;
+mod readme;
+mod recording;
+mod session;
+mod sides;
+mod sweep;
+mod touching;
+mod trade;
+mod trade_panel;
+mod viewer;
+mod warnings;

@@ -1,0 +1,98 @@
+//! Findings of a watch that outlive a change, and those that others explain.
+
+use msd_run::{Finding, Kind, Runner, Watch};
+use msd_scene::{Loaded, open};
+
+fn scene(text: &str) -> Loaded {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, text).expect("a file");
+    open(&path).expect("a scene")
+}
+
+fn watched(text: &str) -> (Runner, Watch) {
+    let loaded = scene(text);
+    let runner = Runner::open(&loaded).expect("a valid scene");
+    let watch = Watch::new(&runner, &loaded.scene);
+    (runner, watch)
+}
+
+fn follow(runner: &mut Runner, watch: &mut Watch, steps: u32) {
+    for _ in 0..steps {
+        runner.step().expect("a step");
+        watch.follow(runner);
+    }
+}
+
+fn has(found: &[Finding], is: fn(&Kind) -> bool) -> bool {
+    found.iter().any(|finding| is(&finding.kind))
+}
+
+const SPUN: &str = "version = 1\n[solver]\nintegrator = \"explicit-euler\"\nsubsteps = 1\n[world]\n\
+                    gravity = [0, 0, 0]\n[[bodies]]\nkind = \"rope\"\nsize = [2]\nstiffness = 50\n\
+                    damping = 0\nspin = [0, 0, 1]\n";
+
+#[test]
+fn a_change_forgets_energy_and_keeps_what_has_happened() {
+    let (mut runner, mut watch) = watched(SPUN);
+    follow(&mut runner, &mut watch, 180);
+    let added = |kind: &Kind| matches!(kind, Kind::EnergyAdded);
+    assert!(has(&watch.findings(&runner), added));
+    watch.change(&runner);
+    assert_eq!(watch.findings(&runner), []);
+    let (mut runner, mut watch) = watched(include_str!("../scenes/pressed.toml"));
+    let start = runner.moment();
+    follow(&mut runner, &mut watch, 30);
+    let went = |kind: &Kind| matches!(kind, Kind::WentThrough(_));
+    watch.change(&runner);
+    assert!(has(&watch.findings(&runner), went));
+    // Before it, it has not happened, and it happens again.
+    runner.go_back(&start).expect("a moment of this run");
+    assert_eq!(watch.findings(&runner), []);
+    follow(&mut runner, &mut watch, 20);
+    assert!(!has(&watch.findings(&runner), went));
+    follow(&mut runner, &mut watch, 10);
+    assert!(has(&watch.findings(&runner), went));
+}
+
+#[test]
+fn a_gain_is_no_rise_and_squeezed_particles_have_no_energy() {
+    let (mut runner, mut watch) = watched(SPUN);
+    follow(&mut runner, &mut watch, 180);
+    assert!(!has(&watch.findings(&runner), |kind| matches!(kind, Kind::EnergyRisen)));
+    let (mut runner, mut watch) = watched(
+        "version = 1\n[solver]\nintegrator = \"explicit-euler\"\nsubsteps = 16\n\
+         [[world.planes]]\nnormal = [0, 1, 0]\noffset = 0\n[[world.solids]]\n\
+         kind = \"box\"\nsize = [4, 1, 4]\nposition = [0, 1, 0]\nvelocity = [0, -1, 0]\n\
+         [[bodies]]\nkind = \"block\"\nsize = [3, 3, 3]\nspacing = 0.1\nstiffness = 2000\n\
+         damping = 0\n\
+         position = [0, 0.2, 0]\n",
+    );
+    follow(&mut runner, &mut watch, 90);
+    assert!(
+        0.0 < watch.read().witness.loss().max(watch.read().witness.gain()),
+        "the energy is off"
+    );
+    let found = watch.findings(&runner);
+    assert!(has(&found, |kind| matches!(kind, Kind::Squeezed)));
+    let is_of_energy = |kind: &Kind| {
+        matches!(kind, Kind::EnergyAdded | Kind::EnergyRisen | Kind::EnergyLost | Kind::Damped)
+    };
+    assert!(!has(&found, is_of_energy), "{found:?}");
+}
+
+#[test]
+fn the_worst_of_a_finding_that_stays_never_falls() {
+    let (mut runner, mut watch) = watched(SPUN);
+    let mut worst = 0.0;
+    for _ in 0..300 {
+        follow(&mut runner, &mut watch, 1);
+        for found in watch.findings(&runner) {
+            if found.kind == Kind::EnergyAdded {
+                assert!(worst <= found.worst && found.since <= found.at);
+                worst = found.worst;
+            }
+        }
+    }
+    assert!(0.0 < worst);
+}

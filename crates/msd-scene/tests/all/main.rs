@@ -1,0 +1,19 @@
+//! Scene files, meshes and materials.
+
+mod bad_files;
+mod half_spaces;
+mod json_schema;
+mod materials;
+mod mesh;
+mod mesh_body;
+mod mesh_material;
+mod mesh_solid;
+mod reference;
+mod refine;
+mod refusals;
+mod scene_files;
+mod set_materials;
+mod sets;
+mod shell_material;
+mod thin;
+mod touch;
