@@ -1,4 +1,4 @@
-//! What the program does, by its command line and by its window without a display.
+//! Tests of the command line, and of the window without a display.
 //!
 //! One binary, as linking takes longer than compiling; `window/` and `readers/` need what a machine
 //! may lack.
