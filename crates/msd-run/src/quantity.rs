@@ -26,6 +26,11 @@ pub fn estimate(value: f64, unit: &str) -> String {
     scaled(value, unit, 2)
 }
 
+/// So many things: `1 spring`, `12 springs`.
+pub fn counted(count: u64, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
+}
+
 /// Reads a quantity in an SI unit: a number, with a prefix and the unit or without.
 pub fn read(text: &str, unit: &str) -> Option<f64> {
     let text = text.trim();

@@ -8,7 +8,7 @@ use cpu_time::ProcessTime;
 use msd_core::{Error, Integrator, Scene, Settings};
 use msd_run::Runner;
 use msd_scene::{FileError, Output, Precision, shown_path, workloads};
-use msd_study::quantity::{number, quantity};
+use msd_study::quantity::{counted, number, quantity};
 use msd_study::trial::state;
 use rayon::ThreadPoolBuilder;
 use serde::Serialize;
@@ -228,14 +228,11 @@ fn write_positions(
 fn summary(report: &BenchReport, arguments: &BenchArguments, written: bool) -> String {
     let BenchReport { scene, particles, springs, integrator, precision, .. } = report;
     let BenchReport { substeps, threads, batches, frames_per_batch, ms_per_frame, .. } = report;
-    let count = |count: u64, what: &str| match count {
-        1 => format!("1 {what}"),
-        _ => format!("{count} {what}s"),
-    };
-    let substeps = count((*substeps).into(), "substep");
-    let threads = count(*threads as u64, "thread");
+    let substeps = counted((*substeps).into(), "substep");
+    let threads = counted(*threads as u64, "thread");
+    let springs = counted(*springs as u64, "spring");
     let mut lines = vec![format!(
-        "{scene}: {particles} particles, {springs} springs, {integrator} in {precision}, \
+        "{scene}: {particles} particles, {springs}, {integrator} in {precision}, \
          {substeps} per frame, {threads}"
     )];
     lines.extend(report.updates_per_second.as_ref().map(|Updates { best, median }| {
@@ -243,7 +240,7 @@ fn summary(report: &BenchReport, arguments: &BenchArguments, written: bool) -> S
         format!("{median} G spring updates/s (median), {best} G (best)")
     }));
     let [wall, cpu] = [ms_per_frame.wall, ms_per_frame.cpu].map(|ms| quantity(1e-3 * ms, "s"));
-    let frames = count(*frames_per_batch, "frame");
+    let frames = counted(*frames_per_batch, "frame");
     lines
         .push(format!("{wall} per frame, {cpu} of processor time ({batches} batches of {frames})"));
     lines.extend(

@@ -6,7 +6,7 @@ use super::run::{SetKeys, open_scene, set_keys};
 use msd_core::{Settings, Simulation};
 use msd_scene::{Loaded, shown_path, tame};
 use msd_study::inspection::{Directions, Inspection, Touching, TouchingWith, inspect};
-use msd_study::quantity::{number, quantity, rounded};
+use msd_study::quantity::{counted, number, quantity, rounded};
 use serde::Serialize;
 
 /// The keys of `--json`.
@@ -62,11 +62,9 @@ fn text(report: &InspectReport, asked: &[Option<f64>]) -> String {
 /// The lines about a body, for which a Young's modulus may have been asked, pascals.
 fn body_lines(body: &Inspection, asked: Option<f64>) -> Vec<String> {
     let Inspection { name, particles, springs, mass, .. } = body;
-    let mut lines = vec![format!(
-        "{}: {particles} particles, {springs} springs, {} kg",
-        tame(name),
-        number(*mass)
-    )];
+    let springs = counted(*springs as u64, "spring");
+    let mut lines =
+        vec![format!("{}: {particles} particles, {springs}, {} kg", tame(name), number(*mass))];
     if let Some(filled) = body.filled {
         let (noun, unit, modulus, count) = match filled.dimensions {
             1 => ("length", "m", "N", 2),

@@ -10,7 +10,7 @@ use msd_study::Study;
 use msd_study::choice::FRAME;
 use msd_study::conduct::{Plan, add_space, study_followed};
 use msd_study::leave::Halt;
-use msd_study::quantity::{estimate, quantity};
+use msd_study::quantity::{counted, estimate, quantity};
 use msd_study::terms::terms_by_leave;
 use msd_study::words::{off, told};
 use std::path::{Path, PathBuf};
@@ -121,8 +121,9 @@ fn tell_terms(loaded: &Loaded, arguments: &StudyArguments) -> Result<(), Failure
 
 fn summary(study: &Study, folder: &Path) -> String {
     let Study { scene, particles, springs, size, duration, .. } = study;
+    let springs = counted(*springs as u64, "spring");
     let mut lines = vec![format!(
-        "{scene}: {particles} particles, {springs} springs, {} across, {}",
+        "{scene}: {particles} particles, {springs}, {} across, {}",
         quantity(*size, "m"),
         quantity(*duration, "s")
     )];

@@ -2,7 +2,7 @@
 
 use super::{Overturned, Pierced, Readings};
 use crate::crossings::WentThrough;
-use crate::quantity::{estimate, quantity, rounded};
+use crate::quantity::{counted, estimate, quantity, rounded};
 use crate::{Runner, on};
 use msd_core::methods::Solved;
 use msd_core::{Integrator, Settings};
@@ -167,10 +167,13 @@ impl Finding {
             Kind::WentThrough(went) => format!("{went} at t = {t}"),
             Kind::PossibleCrossings { automatic } => {
                 let most = if *automatic { ", even at the most automatic substeps" } else { "" };
-                format!("bodies may have crossed {}{most}", counted(worst, "time"))
+                format!("bodies may have crossed {}{most}", counted(worst as u64, "time"))
             }
             Kind::CrossingTriangles => {
-                format!("up to {} of surface triangles crossed at once", counted(worst, "pair"))
+                format!(
+                    "up to {} of surface triangles crossed at once",
+                    counted(worst as u64, "pair")
+                )
             }
             Kind::Pierced(Pierced { solid, body, .. }) => {
                 format!("solid {solid} went through body {body} at t = {t}, between particles")
@@ -234,8 +237,8 @@ impl Finding {
                 "use more substeps, a larger `touch.thickness`, or a finer spacing"
             }
             Kind::Pierced(_) => {
-                "use more substeps, a finer spacing, stiffer springs or a slower solid, or \
-                 `springs = true` of a thin one"
+                "use more substeps, a finer spacing, stiffer springs or less speed, or \
+                 `springs = true` of a thin solid"
             }
             Kind::InsideOut(_) => {
                 "use a stiffer material, a softer impact or, for a block, `poisson = 0.45`"
@@ -250,11 +253,6 @@ impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}; {}", self.sentence(), self.advice())
     }
-}
-
-/// So many things, in words.
-fn counted(number: f64, thing: &str) -> String {
-    format!("{number} {thing}{}", if number == 1.0 { "" } else { "s" })
 }
 
 /// The rules: what is wrong now, by what was read of a run.

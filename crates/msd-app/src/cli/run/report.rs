@@ -5,7 +5,7 @@ use msd_core::methods::Solved;
 use msd_core::{Contacts, Energy, Integrator, Momentum};
 use msd_run::{Finding, Kind, Overturned, Pierced, Runner, Touched};
 use msd_scene::{Assignment, Precision, state_hash};
-use msd_study::quantity::{number, quantity, rounded};
+use msd_study::quantity::{counted, number, quantity, rounded};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -306,8 +306,9 @@ impl RunReport {
     pub fn summary(&self) -> String {
         let mut lines = self.notes.clone();
         let RunReport { scene, particles, springs, integrator, precision, .. } = self;
+        let springs = counted(*springs as u64, "spring");
         lines.push(format!(
-            "{scene}: {particles} particles, {springs} springs, {integrator} in {precision}"
+            "{scene}: {particles} particles, {springs}, {integrator} in {precision}"
         ));
         let stable = match self.stable_step {
             Some(0.0) => "no step is predicted to be stable".into(),
