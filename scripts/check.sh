@@ -23,7 +23,7 @@ doc() { RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps; }
 features=(--features "msd-app/accessibility msd-app/parquet")
 # With thousands of mutations of each corpus of the fuzz targets; `scripts/fuzz.sh` goes on.
 test_debug() {
-    MSD_MUTATIONS=5000 cargo test "${features[@]}"
+    MSD_MUTATIONS=5000 cargo test --no-fail-fast "${features[@]}"
 }
 # Where optimisation could matter: bits, kernels, threads, memory and stability.
 test_release() {
