@@ -87,7 +87,7 @@ pub fn open_bytes_with(
         return Err(FileError::Unreadable { file: name, reason: no_format() });
     }
     let text = std::str::from_utf8(bytes).map_err(|_| {
-        let reason = "is no text in UTF-8".into();
+        let reason = "is not text in UTF-8".into();
         FileError::Unreadable { file: name.clone(), reason }
     })?;
     parse_with(text, format_of(path), &name, &|file| match meshes.get(file) {

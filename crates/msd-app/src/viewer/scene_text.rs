@@ -223,7 +223,7 @@ fn write_pair(
     }
     let body = bodies.get_mut(last).ok_or("its bodies are not written one by one")?;
     let touch = body.get_mut("touch").and_then(Item::as_table_like_mut);
-    let touch = touch.ok_or("its touch is no table")?;
+    let touch = touch.ok_or("its touch is not a table")?;
     let empty = || toml_edit::value(Array::new());
     match touch.entry("with").or_insert_with(empty) {
         Item::ArrayOfTables(tables) => {
@@ -236,7 +236,7 @@ fn write_pair(
             let mut entry = InlineTable::new();
             put(&mut entry, "body", name.into());
             put_pair(&mut entry, values);
-            with.as_array_mut().ok_or("its with is no list")?.push(entry);
+            with.as_array_mut().ok_or("its with is not a list")?.push(entry);
         }
     }
     Ok(())
@@ -258,7 +258,7 @@ fn write_touch(body: &mut dyn TableLike, [was, now]: [Option<&Shell>; 2]) -> Res
     };
     let empty = || toml_edit::value(toml_edit::InlineTable::new());
     let touch = body.entry("touch").or_insert_with(empty);
-    let touch = touch.as_table_like_mut().ok_or("its touch is no table")?;
+    let touch = touch.as_table_like_mut().ok_or("its touch is not a table")?;
     let number = |key, of: fn(&Shell) -> f64| (key, was.map(of), of(now));
     for (key, was, now) in [
         number("thickness", |shell| shell.thickness),
@@ -278,7 +278,7 @@ fn write_touch(body: &mut dyn TableLike, [was, now]: [Option<&Shell>; 2]) -> Res
 fn write_look(body: &mut dyn TableLike, now: &Look) -> Result<(), String> {
     let empty = || toml_edit::value(toml_edit::InlineTable::new());
     let look = body.entry("look").or_insert_with(empty);
-    let look = look.as_table_like_mut().ok_or("its look is no table")?;
+    let look = look.as_table_like_mut().ok_or("its look is not a table")?;
     let finish = Finish::of(now);
     let usual = finish.look();
     let own = |is_own: bool, value: Value| is_own.then_some(value);
@@ -398,7 +398,7 @@ fn write_plane(plane: &mut dyn TableLike, (restitution, friction): (f64, Frictio
 /// A table of the file, made where there is none.
 fn table<'a>(file: &'a mut DocumentMut, key: &str) -> Result<&'a mut dyn TableLike, String> {
     let item = file.entry(key).or_insert_with(toml_edit::table);
-    item.as_table_like_mut().ok_or(format!("its {key} is no table"))
+    item.as_table_like_mut().ok_or(format!("its {key} is not a table"))
 }
 
 /// The tables of an array, however it is written.

@@ -156,7 +156,7 @@ fn a_file_cut_short_anywhere_is_refused() {
     let bytes = bytes();
     for end in (0..bytes.len()).step_by(97).chain(bytes.len() - 40..bytes.len()) {
         let error = read_saved(&bytes[..end], "s.msd").expect_err("a refusal").to_string();
-        let told = ["s.msd: is cut short", "s.msd: is no saved run of msd"];
+        let told = ["s.msd: is cut short", "s.msd: is not a saved run of msd"];
         assert!(told.contains(&&*error), "{end}: {error}");
     }
 }
@@ -192,7 +192,7 @@ fn a_file_of_another_kind_is_refused_before_it_is_read() {
     let file = std::fs::File::create(&path).expect("a file");
     file.set_len(4 << 30).expect("a sparse file");
     let error = open(path.to_str().expect("a path")).expect_err("a refusal").to_string();
-    assert!(error.ends_with("s.msd: is no saved run of msd"), "{error}");
+    assert!(error.ends_with("s.msd: is not a saved run of msd"), "{error}");
     assert!(matches!(open("nothing.msd"), Err(FileError::Unreadable { .. })));
 }
 

@@ -64,7 +64,7 @@ impl Output {
         };
         if let Some(old) = &old {
             if !old.is_file() && !is_stream(old) {
-                return Err(refused("it exists and is no ordinary file".into()));
+                return Err(refused("it exists and is not an ordinary file".into()));
             }
             // A file that may not be written to is not to be replaced by another either.
             let file = OpenOptions::new().write(true).open(path).map_err(unopened)?;

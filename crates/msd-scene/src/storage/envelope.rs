@@ -95,7 +95,7 @@ impl FileKind {
         let told = line.and_then(|line| line.strip_prefix("msd ")?.split_once(", format "));
         let told = told.and_then(|(kind, format)| Some((kind, format.parse().ok()?)));
         let Some((kind, found)) = told.filter(|(kind, _)| is_plain(kind)) else {
-            return Err(wrong(format!("is no {what} of msd")));
+            return Err(wrong(format!("is not a {what} of msd")));
         };
         if kind != what {
             return Err(wrong(format!("is a {kind}, not a {what}")));
@@ -273,7 +273,7 @@ mod tests {
         for bytes in
             others.into_iter().chain([&b"msd test, format x\n"[..], b"msd \x1b, format 2\n"])
         {
-            assert_eq!(told(bytes), "f: is no test of msd");
+            assert_eq!(told(bytes), "f: is not a test of msd");
         }
     }
 }

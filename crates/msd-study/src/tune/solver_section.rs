@@ -36,7 +36,7 @@ fn rewritten(
                 text.parse().map_err(|error: toml_edit::TomlError| refused(error.to_string()))?;
             let solver = file.entry("solver").or_insert_with(toml_edit::table);
             let Some(solver) = solver.as_table_like_mut() else {
-                return Err(refused("its solver is no table".into()));
+                return Err(refused("its solver is not a table".into()));
             };
             solver.remove(CONTRADICTED);
             for (key, value) in entries(choice) {
@@ -54,7 +54,7 @@ fn rewritten(
                 *solver = serde_json::json!({});
             }
             let Some(solver) = solver.as_object_mut() else {
-                return Err(refused("its solver is no object".into()));
+                return Err(refused("its solver is not an object".into()));
             };
             solver.shift_remove(CONTRADICTED);
             for (key, value) in entries(choice) {

@@ -156,7 +156,7 @@ impl<'s> NamedSets<'s> {
         let range = self.scene.bodies[body].particles.clone();
         let lattice = self.lattices[body].as_ref();
         if (choice.at.is_some() || choice.every.is_some()) && lattice.is_none() {
-            let reason = format!("has the key `at` or `every`, but body {body} is no lattice");
+            let reason = format!("has the key `at` or `every`, but body {body} is not a lattice");
             return Err(source.refuse(format_args!("{key}"), reason));
         }
         let Choice { particle, at, every, set, .. } = choice;

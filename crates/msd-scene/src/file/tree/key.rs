@@ -108,11 +108,11 @@ impl Key {
                 (Step::Row(_), Value::Table(rows)) if rows.is_empty() => {
                     return Err(format!("the scene has no {here}"));
                 }
-                (Step::Row(_), _) => return Err(format!("{here} of the scene is no list")),
+                (Step::Row(_), _) => return Err(format!("{here} of the scene is not a list")),
                 (Step::Key(_), Value::List(_)) => {
                     return Err(format!("{here} of the scene is a list: write {here}[0]"));
                 }
-                (Step::Key(_), _) => return Err(format!("{here} of the scene is no table")),
+                (Step::Key(_), _) => return Err(format!("{here} of the scene is not a table")),
             }
         }
         *node = Node { value, offset: None };
@@ -193,8 +193,8 @@ mod tests {
         let told = |key| set(scene, key, Value::Flag(true)).expect_err(key);
         assert_eq!(told("bodies[3].mass"), "bodies of the scene has one row, bodies[0]");
         assert_eq!(told("bodies.mass"), "bodies of the scene is a list: write bodies[0]");
-        assert_eq!(told("title.mass"), "title of the scene is no table");
-        assert_eq!(told("title[0]"), "title of the scene is no list");
+        assert_eq!(told("title.mass"), "title of the scene is not a table");
+        assert_eq!(told("title[0]"), "title of the scene is not a list");
         assert_eq!(told("pins[0].every"), "pins of the scene is empty");
         assert_eq!(told("world.planes[0].friction"), "the scene has no world.planes");
     }
