@@ -21,7 +21,7 @@ pub use distances::{DistanceGrid, MOST_POINTS};
 pub use lattice::{Lattice, Neighbours};
 pub use look::{Look, PALETTE, Pattern};
 pub use part::{Material, Part};
-pub use shell::{Between, Shell, any_meet, do_meet};
+pub use shell::{Between, Shell, any_meet, between, do_meet, law_between};
 pub use solid::{KeyFrame, Shape, Solid};
 pub use substance::{Bending, Elasticity, Substance};
 pub use surface::{Corner, Surface};

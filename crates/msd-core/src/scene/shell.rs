@@ -1,6 +1,7 @@
 //! Shells: surfaces, ropes and points with a thickness, which do not cross each other.
 
 use super::{Body, Scene};
+use crate::number::Real;
 use alloc::vec::Vec;
 
 /// Triangles, edges and points that keep a distance from those of other shells.
@@ -92,4 +93,17 @@ impl Scene {
 pub fn do_meet(shells: &[Shell], [a, b]: [usize; 2]) -> bool {
     let (first, last) = (a.min(b), a.max(b));
     if first == last { shells[first].itself } else { !shells[last].ignored.contains(&first) }
+}
+
+/// How two shells meet, where that is said of the two.
+pub fn between(shells: &[Shell], [a, b]: [usize; 2]) -> Option<&Between> {
+    shells[a.max(b)].between.iter().find(|between| between.shell == a.min(b))
+}
+
+/// Coulomb's factor and the coefficient of restitution with which two shells meet.
+pub fn law_between(shells: &[Shell], pair: [usize; 2]) -> [f64; 2] {
+    let [a, b] = pair.map(|row| &shells[row]);
+    let said = between(shells, pair).copied().unwrap_or_default();
+    let friction = said.friction.unwrap_or_else(|| Real::sqrt(a.friction * b.friction));
+    [friction, said.restitution.unwrap_or(a.restitution.max(b.restitution))]
 }

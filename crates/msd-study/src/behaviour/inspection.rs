@@ -3,7 +3,7 @@
 use super::pulled::Pulled;
 use core::f64::consts::{PI, TAU};
 use msd_core::glam::DVec3;
-use msd_core::scene::Between;
+use msd_core::scene::{Between, between, do_meet};
 use msd_core::stability::Mode;
 use msd_core::{
     Bend, Body, Error, Moduli, Pin, Scene, Settings, Shell, Simulation, Spring, Volume,
@@ -255,17 +255,10 @@ fn touching(scene: &Scene, body: &Body) -> Option<Touching> {
         let other = scene.bodies.iter().find(|body| scene.shells[row].is_of(body));
         other.map_or_else(|| format!("shell {row}"), |other| other.name.clone())
     };
-    // The later one of two has the row of both.
-    let of_pair = |other: usize| (&scene.shells[own.max(other)], own.min(other));
     let others = || (0..scene.shells.len()).filter(|&other| other != own);
-    let ignored = others().filter(|&other| {
-        let (last, first) = of_pair(other);
-        last.ignored.contains(&first)
-    });
+    let ignored = others().filter(|&other| !do_meet(&scene.shells, [own, other]));
     let with = others().filter_map(|other| {
-        let (last, first) = of_pair(other);
-        let &Between { friction, restitution, .. } =
-            last.between.iter().find(|between| between.shell == first)?;
+        let &Between { friction, restitution, .. } = between(&scene.shells, [own, other])?;
         Some(TouchingWith { body: name(other), friction, restitution })
     });
     let &Shell { thickness, friction, restitution, itself, obstacles, .. } = &scene.shells[own];

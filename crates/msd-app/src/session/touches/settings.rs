@@ -3,7 +3,7 @@
 //! What holds is in the run alone.
 
 use crate::session::{Deed, MixedValue, Session};
-use msd_core::scene::{Between, do_meet};
+use msd_core::scene::{Between, do_meet, law_between};
 use msd_core::{Body, Error, Select, Shell};
 use msd_run::{Runner, on};
 use msd_scene::default_shell;
@@ -147,13 +147,9 @@ impl Session {
     /// Friction and restitution of the selected body and one that it meets.
     pub fn touch_with(&self, other: usize) -> Option<[f64; 2]> {
         let Select::Body(body) = self.material().values().select else { return None };
-        let (shells, bodies) = (shells_of(self.runner()), &self.loaded().scene.bodies);
+        let shells = shells_of(self.runner());
         let rows = self.rows_of(shells);
-        let [a, b] = [&shells[rows[body]?], &shells[(*rows.get(other)?)?]];
-        let pairs = pairs_of(shells, bodies);
-        let own = pairs.get(&[body.min(other), body.max(other)]).copied().unwrap_or_default();
-        let friction = own.friction.unwrap_or_else(|| (a.friction * b.friction).sqrt());
-        Some([friction, own.restitution.unwrap_or(a.restitution.max(b.restitution))])
+        Some(law_between(shells, [rows[body]?, (*rows.get(other)?)?]))
     }
 
     /// Whether bodies meet otherwise than as the scene was loaded.

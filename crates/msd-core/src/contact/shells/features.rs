@@ -231,7 +231,8 @@ impl Shells {
         if row.obstacles { R::of(row.thickness) } else { R::ZERO }
     }
 
-    /// Coulomb's factor and the coefficient of restitution of the shells of two vertices.
+    /// Coulomb's factor and the coefficient of restitution of the shells of two vertices: those of
+    /// [`law_between`](crate::scene::law_between), by roots that are known.
     pub(super) fn law_of<R: Real>(&self, a: u32, b: u32) -> [R; 2] {
         let [a, b] = [a, b].map(|vertex| self.shell_of(vertex));
         let pair = [a.min(b), a.max(b)];
@@ -295,4 +296,34 @@ pub(crate) struct At<'a, R: Real> {
     pub(crate) inverse_masses: &'a [R],
     /// Simulated time, seconds.
     pub(crate) time: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::columns::slots::Block;
+    use crate::scene::law_between;
+    use alloc::vec;
+
+    #[test]
+    fn two_vertices_meet_by_the_law_of_their_shells() {
+        let shell = |row: usize, friction, restitution| Shell {
+            points: vec![row],
+            thickness: 0.01,
+            friction,
+            restitution,
+            ..Shell::default()
+        };
+        let mut rows = vec![shell(0, 0.3, 0.1), shell(1, 0.7, 0.0), shell(2, 0.9, 0.4)];
+        rows[2].between = vec![Between { shell: 0, friction: Some(0.2), restitution: None }];
+        let block = Block { particles: 0..3, blank: 0, len: 1, order: None };
+        let shells = Shells::new(rows.clone(), &Slots::new(vec![block]));
+        for pair in [[0, 1], [1, 0], [0, 2], [2, 1]] {
+            let known = shells.law_of::<f64>(pair[0] as u32, pair[1] as u32);
+            for (known, right) in known.into_iter().zip(law_between(&rows, pair)) {
+                // Two roots and their product are rounded.
+                assert!((known - right).abs() <= 4.0 * f64::EPSILON, "{pair:?}: {known}, {right}");
+            }
+        }
+    }
 }
