@@ -192,8 +192,9 @@ mod tests {
         session.advance(0.0, &|| 0.0);
         let first = session.energy().expect("read at the start");
         let lowest = |session: &Session| {
+            let now = session.energy().expect("read").gravitational;
             let heights = session.trace().samples().map(|sample| sample.energy.gravitational);
-            heights.fold(f64::INFINITY, f64::min)
+            heights.fold(now, f64::min)
         };
         for _ in 0..180 {
             session.advance(FRAME + 1e-9, &|| 0.0);
