@@ -4,6 +4,7 @@ use crate::error::{FileError, plain};
 use crate::file::budget::{Budget, count_lattice};
 use crate::file::check::domain_of;
 use crate::file::schema::{BodyRow, Kind};
+use crate::file::sets::own::{Groups, OwnSets, groups};
 use crate::file::substance::{caveat, check_fits, damp, made, substance};
 use crate::file::tree::Source;
 use crate::file::turn::{spin, turn};
@@ -36,7 +37,7 @@ pub(crate) struct Builder<'b> {
 /// A body that has been built.
 pub(crate) struct Built {
     pub(crate) part: Part,
-    pub(crate) lattice: Option<Lattice>,
+    pub(crate) own_sets: OwnSets,
     /// What it is made of; none where it is given by masses and springs.
     pub(crate) made: Option<Made>,
 }
@@ -89,7 +90,7 @@ impl Builder<'_> {
             None => shape::lattice(size, neighbours, spacing, material).map_err(core)?,
         };
         let made = self.finish(row, body, (substance, &mut part))?;
-        Ok(Built { part, lattice: Some(lattice), made })
+        Ok(Built { part, own_sets: OwnSets::Lattice(lattice), made })
     }
 
     /// Damps a body that is made of a substance, checks its numbers and says what it is made of.
@@ -191,8 +192,9 @@ impl Builder<'_> {
         self.notes
             .extend(mesh.report.to_string().lines().map(|line| format!("{}: {line}", mesh.name)));
         self.notes.extend(report.to_string().lines().map(|line| format!("{}: {line}", mesh.name)));
+        let own_sets = OwnSets::Groups(groups(&mesh, &part.surface, 0));
         let made = self.finish(row, body, (options.substance, &mut part))?;
-        Ok(Built { part, lattice: None, made })
+        Ok(Built { part, own_sets, made })
     }
 
     fn mesh_options(
@@ -235,7 +237,7 @@ impl Builder<'_> {
         let particles = self.particles(row, body, material.mass)?;
         let springs = self.springs(row, body, (&particles, material))?;
         let part = Part { particles, springs, ..Part::default() };
-        Ok(Built { part, lattice: None, made: None })
+        Ok(Built { part, own_sets: OwnSets::Groups(Groups::new()), made: None })
     }
 
     fn particles(&self, row: usize, body: &BodyRow, mass: f64) -> Result<Vec<Particle>, FileError> {

@@ -80,11 +80,11 @@ pub(crate) fn understand_rows(
     let budget = Budget::default();
     let extent = world.extent;
     let mut builder = Builder { source, read_mesh, extent, precision, budget, notes };
-    let mut lattices = Vec::with_capacity(file.bodies.len());
+    let mut own_sets = Vec::with_capacity(file.bodies.len());
     let mut made = Vec::with_capacity(file.bodies.len());
     for (row, body) in file.bodies.iter().enumerate() {
         let built = builder.build(row, body)?;
-        lattices.push(built.lattice);
+        own_sets.push(built.own_sets);
         made.push(built.made);
         let name = body.name.clone().unwrap_or_else(|| body.kind.name().into());
         let look = look(source, (row, body), built.part.surface.two_sided)?;
@@ -92,10 +92,10 @@ pub(crate) fn understand_rows(
         scene.bodies[number].look = look;
     }
     let Builder { mut notes, mut budget, .. } = builder;
-    set_materials(source, (&file, &made), (&mut scene, &lattices))?;
+    set_materials(source, (&file, &made), (&mut scene, &own_sets))?;
     touch(source, &file.bodies, &mut scene, &mut notes)?;
     notes.extend(pierced(&scene));
-    let sets = NamedSets::new(source, &file.sets, (&scene, &lattices))?;
+    let sets = NamedSets::new(source, &file.sets, (&scene, &own_sets))?;
     let pins = pins(&sets, &file.pins)?;
     let loads = masses(&sets, &file.masses)?;
     let links = links(&sets, &file.links, &mut budget)?;

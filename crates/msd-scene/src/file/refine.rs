@@ -15,12 +15,13 @@ use crate::file::schema::{
     WorldRow, find,
 };
 use crate::file::sets::NamedSets;
+use crate::file::sets::own::{Groups, OwnSets, groups};
 use crate::file::sets::pins::masses as added;
 use crate::file::substance::first_key;
 use crate::file::tree::Source;
 use crate::mesh::{Mesh, MeshError, MeshOptions, edge_ends, is_solid, own_spacing, subdivided};
 use glam::DVec3;
-use msd_core::{Lattice, Material, Neighbours, Scene, Spring};
+use msd_core::{Body, Lattice, Material, Neighbours, Scene, Spring};
 use std::collections::BTreeMap;
 
 /// A scene file at a part of its spacing.
@@ -77,8 +78,8 @@ pub(crate) fn refine(
     let parts = 1u64 << halvings;
     let bodies =
         file.bodies.iter().zip(&nestings).map(|(body, nesting)| finer(body, nesting, parts));
-    let lattices = lattices(&nestings);
-    let sets = NamedSets::new(source, &file.sets, (coarse, &lattices))?;
+    let own_sets = own_sets(&nestings, coarse);
+    let sets = NamedSets::new(source, &file.sets, (coarse, &own_sets))?;
     let rows = SceneFile {
         world: world(source, (&file.world, coarse), &nestings, parts)?,
         bodies: bodies.collect(),
@@ -275,15 +276,18 @@ fn end(
     }
 }
 
-/// The lattice of each body that is one.
-fn lattices(nestings: &[Nesting]) -> Vec<Option<Lattice>> {
-    let lattice = |nesting: &Nesting| match nesting {
+/// What the sets of each body follow from.
+fn own_sets(nestings: &[Nesting], coarse: &Scene) -> Vec<OwnSets> {
+    let own = |(nesting, body): (&Nesting, &Body)| match nesting {
         Nesting::Lattice(size) => {
-            Lattice::new(size.map(|length| length as usize), Neighbours::All).ok()
+            let lattice = Lattice::new(size.map(|length| length as usize), Neighbours::All);
+            lattice.map_or_else(|_| OwnSets::Groups(Groups::new()), OwnSets::Lattice)
         }
-        Nesting::Surface(..) => None,
+        Nesting::Surface(mesh, _) => {
+            OwnSets::Groups(groups(mesh, &body.surface, body.particles.start))
+        }
     };
-    nestings.iter().map(lattice).collect()
+    nestings.iter().zip(&coarse.bodies).map(own).collect()
 }
 
 /// The masses of the finer scene: each stays where it was.
@@ -312,7 +316,7 @@ fn materials(
     let fine = |(number, row): (usize, &MaterialRow)| {
         let key = format!("materials[{number}]");
         let is_space = row.set == "all" || file.sets.iter().any(|set| set.name == row.set);
-        if !is_space {
+        if !is_space && !sets.is_group(&row.set) {
             let reason = format!(
                 "is `{}`: the particles of a finer body along it are not those of the same part; \
                  give a box or a sphere of [[sets]]",

@@ -3,7 +3,7 @@
 use crate::mesh::clean::topology::{components, edges, sides};
 use crate::mesh::clean::weld::clean;
 use crate::mesh::error::{MeshError, malformed};
-use crate::mesh::raw::{LONGEST, without_mark};
+use crate::mesh::raw::{Group, LONGEST, without_mark};
 use crate::mesh::read::{gltf_file, obj_file, ply_file, stl_file};
 use crate::shown::shown_path;
 use glam::DVec3;
@@ -12,7 +12,7 @@ use std::path::{Component, Path};
 /// A file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// Wavefront OBJ; faces only, without groups and materials.
+    /// Wavefront OBJ; faces, and the names of objects, groups and materials.
     Obj,
     /// STL, text or binary.
     Stl,
@@ -55,6 +55,8 @@ pub struct Mesh {
     pub uvs: Option<Vec<[[f32; 2]; 3]>>,
     /// Three vertices per triangle.
     pub triangles: Vec<[u32; 3]>,
+    /// What the file names.
+    pub groups: Vec<Group>,
     /// What was read and cleaned.
     pub report: MeshReport,
 }
@@ -221,6 +223,7 @@ fn parse_with(
         positions: clean.positions,
         uvs: clean.uvs,
         triangles: clean.triangles,
+        groups: clean.groups,
         report,
     })
 }

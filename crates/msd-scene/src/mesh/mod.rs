@@ -32,4 +32,5 @@ pub use error::{MeshError, Row};
 pub use fill::{BodyReport, Filling, MeshOptions, body};
 pub(crate) use fill::{estimate, is_solid, own_spacing};
 pub use import::{Format, Mesh, MeshReport, parse, read};
+pub use raw::Group;
 pub(crate) use subdivide::{edge_ends, subdivided};

@@ -4,6 +4,7 @@ use crate::mesh::error::{MeshError, Row, one_line};
 use crate::mesh::polygon::{MOST_CORNERS, cut};
 use glam::DVec3;
 use msd_core::MAX_PARTICLES;
+use std::ops::Range;
 
 /// The longest file that is read, bytes.
 pub(crate) const LONGEST: u64 = 1 << 30;
@@ -13,6 +14,15 @@ pub(crate) const EXTENT: f64 = 1e9;
 
 /// Texture coordinates of the three corners of a triangle.
 pub(crate) type CornerUvs = [[f32; 2]; 3];
+
+/// Triangles that a file names together.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Group {
+    /// The name of an object, a group, a node or a material.
+    pub name: String,
+    /// Its triangles; there may be several such runs of one name.
+    pub triangles: Range<usize>,
+}
 
 /// Triangles as read; every corner is an index into `positions`.
 #[derive(Debug, Default)]
@@ -25,6 +35,8 @@ pub(crate) struct Raw {
     pub(crate) uvs: Vec<CornerUvs>,
     /// The first triangle of each object or group that the file names.
     pub(crate) starts: Vec<usize>,
+    /// What the file names, of these triangles.
+    pub(crate) groups: Vec<Group>,
     /// Vertices in the file, used or not.
     pub(crate) vertices_read: usize,
     /// Polygons that cross themselves.
@@ -32,6 +44,14 @@ pub(crate) struct Raw {
 }
 
 impl Raw {
+    /// Gives the triangles from `first` on a name.
+    pub(crate) fn name(&mut self, name: &str, first: usize) {
+        let triangles = first..self.triangles.len();
+        if !triangles.is_empty() {
+            self.groups.push(Group { name: name.into(), triangles });
+        }
+    }
+
     /// Cuts a polygon into triangles and appends them.
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 
 use crate::mesh::clean::topology::{edges, sides};
 use crate::mesh::import::{Mesh, MeshReport};
+use crate::mesh::raw::Group;
 
 /// The edges of a mesh by their two vertices, the lower first, in the order in which their middles
 /// become vertices.
@@ -34,7 +35,12 @@ pub(crate) fn subdivided(mesh: &Mesh) -> Mesh {
         ..mesh.report
     };
     let uvs = mesh.uvs.as_ref().map(|uvs| uvs.iter().flat_map(cut_texture).collect());
-    Mesh { name: mesh.name.clone(), positions, uvs, triangles, report }
+    let cut_group = |Group { name, triangles }: &Group| Group {
+        name: name.clone(),
+        triangles: 4 * triangles.start..4 * triangles.end,
+    };
+    let groups = mesh.groups.iter().map(cut_group).collect();
+    Mesh { name: mesh.name.clone(), positions, uvs, triangles, groups, report }
 }
 
 fn cut_texture(&[a, b, c]: &[[f32; 2]; 3]) -> [[[f32; 2]; 3]; 4] {

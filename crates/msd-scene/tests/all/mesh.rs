@@ -352,6 +352,17 @@ fn gltf_nodes_place_their_meshes() {
 }
 
 #[test]
+fn nodes_and_materials_of_a_gltf_name_their_triangles() {
+    let data = format!(r#""uri":"data:;base64,{}","#, base64(&gltf_buffer()));
+    let text = gltf_json(&data, r#","name":"the box""#)
+        .replace(r#""indices":1}"#, r#""indices":1,"material":0}"#);
+    let text = text.replace(r#""scene":0"#, r#""materials":[{"name":"paint"}],"scene":0"#);
+    let mesh = parse("cube.gltf", Format::Gltf, text.as_bytes());
+    let names: Vec<_> = mesh.groups.iter().map(|group| (&*group.name, &group.triangles)).collect();
+    assert_eq!(names, [("paint", &(0..12)), ("the box", &(0..12))]);
+}
+
+#[test]
 fn a_gltf_buffer_may_lie_beside_its_file_but_not_above() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("my cube.bin"), gltf_buffer()).unwrap();

@@ -463,3 +463,59 @@ fn a_number_of_a_particle_of_a_mesh_is_said_to_be_no_vertex_of_its_file() {
     assert!(!warned("[[pins]]\nset = 'first'\n"));
     assert!(!warned("[[pins]]\nbody = 1\nparticle = 2\n"));
 }
+
+/// A flag of two squares on a pole of one triangle, by objects, groups and materials.
+const FLAG: &str = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nv 0 -1 0\n\
+    o flag cloth\ng near both\nusemtl red\nf 1 2 5 4\ng far both\nusemtl blue\nf 2 3 6 5\n\
+    g\no pole\nf 1 7 2\no nothing\n";
+
+fn of_flag(rows: &str) -> Result<Loaded, String> {
+    let meshes = BTreeMap::from([("flag.obj".to_owned(), FLAG.as_bytes().to_vec())]);
+    let body = "[[bodies]]\nkind = 'mesh'\nfile = 'flag.obj'\nlength = 2";
+    let text = format!("version = 1\n{body}\n{rows}\n");
+    open_bytes_with("s.toml", text.as_bytes(), &meshes).map_err(|error| error.to_string())
+}
+
+#[test]
+fn what_a_mesh_file_names_is_a_set() {
+    // Particles stand in the order in which faces use their vertices.
+    for (set, right) in [
+        ("near", &[0, 1, 2, 3][..]),
+        ("red", &[0, 1, 2, 3]),
+        ("far", &[1, 2, 4, 5]),
+        ("both", &[0, 1, 2, 3, 4, 5]),
+        ("flag cloth", &[0, 1, 2, 3, 4, 5]),
+        // A material holds until the next one, in other objects too.
+        ("blue", &[0, 1, 2, 4, 5, 6]),
+        ("pole", &[0, 1, 6]),
+    ] {
+        let loaded = of_flag(&format!("[[pins]]\nset = '{set}'")).unwrap();
+        let held: Vec<usize> = loaded.scene.pins.iter().map(|pin| pin.particle).collect();
+        assert_eq!(held, right, "{set}");
+    }
+    let error = of_flag("[[pins]]\nset = 'nera'").unwrap_err();
+    let known = "all, first, last, surface, edges, blue, both, far, flag cloth, near, pole, red";
+    assert!(error.contains(known) && error.contains("did you mean `near`?"), "{error}");
+}
+
+#[test]
+fn the_material_of_a_named_part_is_that_of_the_same_part_of_a_finer_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("flag.obj"), FLAG).unwrap();
+    let text = "version = 1\n[[bodies]]\nkind = 'mesh'\nfile = 'flag.obj'\nlength = 2\n\
+                [[materials]]\nset = 'far'\ndamping = 7\n";
+    std::fs::write(folder.path().join("scene.toml"), text).unwrap();
+    let draft = Draft::open(Path::new("scene.toml"), folder.path()).unwrap();
+    let source = draft.source().unwrap();
+    let coarse = draft.load(&source).unwrap();
+    let fine = draft.finer(&source, &coarse.scene, 1).unwrap();
+    // The part of springs whose both ends are on the right square, which starts at its middle.
+    for scene in [&coarse.scene, &fine.loaded.scene] {
+        let x = |end: usize| scene.particles[end].position.x;
+        let left = scene.particles.iter().map(|row| row.position.x).fold(f64::MAX, f64::min);
+        for spring in &scene.springs {
+            let is_right = spring.ends.iter().all(|&end| left + 1.0 - 1e-9 < x(end));
+            assert_eq!(spring.damping == 7.0, is_right, "{spring:?}");
+        }
+    }
+}

@@ -3,11 +3,12 @@
 use super::NamedSets;
 use crate::error::FileError;
 use crate::file::schema::{Kind, MaterialRow, SceneFile};
+use crate::file::sets::own::OwnSets;
 use crate::file::tree::Source;
 use crate::materials::Made;
 use crate::precision::Precision;
 use crate::shown::tame;
-use msd_core::{Lattice, Scene};
+use msd_core::Scene;
 
 /// Gives the springs of bodies that join two particles of a set the material of its row. In a body
 /// that is made of a material, bends and volumes whose particles are all in the set have it too.
@@ -18,12 +19,12 @@ use msd_core::{Lattice, Scene};
 pub(crate) fn set_materials(
     source: &Source<'_>,
     (file, made): (&SceneFile, &[Option<Made>]),
-    (scene, lattices): (&mut Scene, &[Option<Lattice>]),
+    (scene, own_sets): (&mut Scene, &[OwnSets]),
 ) -> Result<(), FileError> {
     if file.materials.is_empty() {
         return Ok(());
     }
-    let sets = NamedSets::new(source, &file.sets, (scene, lattices))?;
+    let sets = NamedSets::new(source, &file.sets, (scene, own_sets))?;
     let mut owners: Vec<Option<usize>> = vec![None; scene.springs.len()];
     let (mut springs, mut bends, mut volumes) =
         (scene.springs.clone(), scene.bends.clone(), scene.volumes.clone());

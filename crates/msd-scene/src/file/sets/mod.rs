@@ -2,16 +2,19 @@
 //! row, or a set; [`pins`] hold them, [`links`] join them and [`materials`] say what the springs
 //! between them are.
 //!
-//! A lattice has sets by its shape, a mesh those of its surface; others are the particles inside a
-//! box or a sphere at the start.
+//! A lattice has sets by its shape, a mesh those of its surface and what its file names; others are
+//! the particles inside a box or a sphere at the start.
 
+pub(crate) mod own;
 pub(crate) mod links;
 pub(crate) mod materials;
 pub(crate) mod pins;
 
 use crate::error::{FileError, nearest, plain};
 use crate::file::schema::{BodyKey, EndRow, Kind, MassRow, MaterialRow, PinRow, SceneFile, SetRow};
+use crate::file::sets::own::{OwnSets, SHAPES};
 use crate::file::tree::Source;
+use crate::shown::tame;
 use glam::DVec3;
 use msd_core::{Lattice, Scene};
 use std::collections::{BTreeMap, BTreeSet};
@@ -66,8 +69,8 @@ const SIDES: [Side; 6] = [
     ("front", 2, true),
 ];
 
-/// The names of sets that are no sides.
-const SHAPES: [&str; 6] = ["all", "first", "last", "corners", "edges", "surface"];
+/// The most names that a message lists.
+const MOST_NAMES: usize = 20;
 
 /// A space that particles are in.
 #[derive(Clone, Copy)]
@@ -93,7 +96,7 @@ impl Space {
 pub(crate) struct NamedSets<'s> {
     pub(crate) source: &'s Source<'s>,
     pub(crate) scene: &'s Scene,
-    lattices: &'s [Option<Lattice>],
+    own_sets: &'s [OwnSets],
     /// Those of the author: the body of each, and where its particles are.
     own: BTreeMap<&'s str, (usize, Space)>,
 }
@@ -106,9 +109,9 @@ impl<'s> NamedSets<'s> {
     pub(crate) fn new(
         source: &'s Source<'s>,
         rows: &'s [SetRow],
-        (scene, lattices): (&'s Scene, &'s [Option<Lattice>]),
+        (scene, own_sets): (&'s Scene, &'s [OwnSets]),
     ) -> Result<Self, FileError> {
-        let mut sets = NamedSets { source, scene, lattices, own: BTreeMap::new() };
+        let mut sets = NamedSets { source, scene, own_sets, own: BTreeMap::new() };
         for (row, set) in rows.iter().enumerate() {
             let key = format!("sets[{row}]");
             let name = set.name.as_str();
@@ -154,7 +157,7 @@ impl<'s> NamedSets<'s> {
             (body, _) => self.body(key, body)?,
         };
         let range = self.scene.bodies[body].particles.clone();
-        let lattice = self.lattices[body].as_ref();
+        let lattice = self.lattice(body);
         if (choice.at.is_some() || choice.every.is_some()) && lattice.is_none() {
             let reason = format!("has the key `at` or `every`, but body {body} is not a lattice");
             return Err(source.refuse(format_args!("{key}"), reason));
@@ -203,10 +206,26 @@ impl<'s> NamedSets<'s> {
             let name = &self.scene.bodies[body].name;
             format!(
                 "a `particle` of {name} is a number among its particles, not that of a vertex in \
-                 its file; choose by place with a set of a `sphere` or a `box`"
+                 its file; choose by place, with a set of a `sphere` or a `box`, or by the name \
+                 of a group"
             )
         };
         meshes.collect::<BTreeSet<usize>>().into_iter().map(line).collect()
+    }
+
+    /// The lattice that a body is.
+    fn lattice(&self, body: usize) -> Option<&'s Lattice> {
+        match &self.own_sets[body] {
+            OwnSets::Lattice(lattice) => Some(lattice),
+            OwnSets::Groups(_) => None,
+        }
+    }
+
+    /// Whether the file of a mesh has a name.
+    pub(crate) fn is_group(&self, name: &str) -> bool {
+        let has =
+            |own: &OwnSets| matches!(own, OwnSets::Groups(groups) if groups.contains_key(name));
+        self.own_sets.iter().any(has)
     }
 
     /// The number of a body.
@@ -260,27 +279,37 @@ impl<'s> NamedSets<'s> {
             let it = self.title(body);
             let near = nearest(name, known.iter().copied().chain(own));
             let meant = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
-            let known = known.join(", ");
+            let more = known.len().saturating_sub(MOST_NAMES);
+            let more = if 0 < more { format!(" and {more} more") } else { String::new() };
+            let known: Vec<String> = known.iter().take(MOST_NAMES).map(|name| tame(name)).collect();
+            let known = known.join(", ") + &more;
             return Err(refused(format!("a set of {it}: {known}, or one of [[sets]]{meant}")));
         }
         let count = range.len();
-        Ok(match (name, self.lattices[body].as_ref()) {
+        Ok(match (name, &self.own_sets[body]) {
             ("all", _) => (0..count).collect(),
             ("first", _) => vec![0],
             ("last", _) => vec![count - 1],
-            (_, Some(lattice)) => of_lattice(lattice, name),
-            (_, None) => self.of_surface(body, name),
+            (_, OwnSets::Lattice(lattice)) => of_lattice(lattice, name),
+            (_, OwnSets::Groups(groups)) => match groups.get(name) {
+                Some(particles) => particles.clone(),
+                None => self.of_surface(body, name),
+            },
         })
     }
 
     /// The sets that a body has of its own.
-    fn known(&self, body: usize) -> Vec<&'static str> {
+    fn known(&self, body: usize) -> Vec<&str> {
         let mut known = vec!["all", "first", "last"];
-        let Some(lattice) = self.lattices[body].as_ref() else {
-            let surface = &self.scene.bodies[body].surface;
-            known.extend((!surface.triangles.is_empty()).then_some("surface"));
-            known.extend((surface.two_sided && !self.rim(body).is_empty()).then_some("edges"));
-            return known;
+        let lattice = match &self.own_sets[body] {
+            OwnSets::Lattice(lattice) => lattice,
+            OwnSets::Groups(groups) => {
+                let surface = &self.scene.bodies[body].surface;
+                known.extend((!surface.triangles.is_empty()).then_some("surface"));
+                known.extend((surface.two_sided && !self.rim(body).is_empty()).then_some("edges"));
+                known.extend(groups.keys().map(String::as_str));
+                return known;
+            }
         };
         let long = |axis: usize| 1 < lattice.size()[axis];
         known.push("corners");

@@ -4,7 +4,7 @@ use crate::mesh::clean::parts::separate;
 use crate::mesh::clean::topology::orient;
 use crate::mesh::error::MeshError;
 use crate::mesh::polygon::is_face;
-use crate::mesh::raw::{CornerUvs, Raw};
+use crate::mesh::raw::{CornerUvs, Group, Raw};
 use glam::DVec3;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,6 +17,7 @@ pub(crate) struct Clean {
     pub(crate) positions: Vec<DVec3>,
     pub(crate) triangles: Vec<[u32; 3]>,
     pub(crate) uvs: Option<Vec<CornerUvs>>,
+    pub(crate) groups: Vec<Group>,
     pub(crate) welded: usize,
     pub(crate) unused: usize,
     pub(crate) degenerate: usize,
@@ -44,7 +45,7 @@ pub(crate) fn clean(raw: &mut Raw, file: &str) -> Result<Clean, MeshError> {
     // A vertex that several parts use is there once for each.
     let welded = welded.saturating_sub(apart);
     let mut clean = Clean { welded, touching, ..Clean::default() };
-    let mut uvs = Vec::new();
+    let (mut uvs, mut kept) = (Vec::new(), Vec::new());
     let mut seen = BTreeSet::new();
     let mut numbers = vec![u32::MAX; raw.positions.len()];
     for (face, &corners) in raw.triangles.iter().enumerate() {
@@ -58,6 +59,9 @@ pub(crate) fn clean(raw: &mut Raw, file: &str) -> Result<Clean, MeshError> {
             clean.duplicate += 1;
             continue;
         }
+        if !raw.groups.is_empty() {
+            kept.push(face);
+        }
         clean.triangles.push(corners.map(|corner| {
             let number = &mut numbers[corner as usize];
             if *number == u32::MAX {
@@ -70,6 +74,7 @@ pub(crate) fn clean(raw: &mut Raw, file: &str) -> Result<Clean, MeshError> {
             uvs.push(raw.uvs[face]);
         }
     }
+    clean.groups = groups(std::mem::take(&mut raw.groups), &kept);
     if clean.triangles.is_empty() {
         return Err(MeshError::Empty { file: file.into(), faces: raw.triangles.len() });
     }
@@ -81,6 +86,16 @@ pub(crate) fn clean(raw: &mut Raw, file: &str) -> Result<Clean, MeshError> {
     clean.turned = turned.iter().filter(|turned| **turned).count();
     clean.uvs = has_uvs.then(|| into_square(uvs)).flatten();
     Ok(clean)
+}
+
+/// What is left of groups where these faces, in ascending order, are kept.
+fn groups(groups: Vec<Group>, kept: &[usize]) -> Vec<Group> {
+    let number = |face: usize| kept.partition_point(|&kept| kept < face);
+    let left = groups.into_iter().map(|Group { name, triangles }| {
+        let triangles = number(triangles.start)..number(triangles.end);
+        Group { name, triangles }
+    });
+    left.filter(|group| !group.triangles.is_empty()).collect()
 }
 
 /// For each vertex the first vertex at the same place.

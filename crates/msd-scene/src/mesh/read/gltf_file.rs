@@ -156,10 +156,12 @@ impl Reading<'_> {
             }
             let columns = node.transform().matrix().map(|column| column.map(f64::from));
             let transform = parent * DMat4::from_cols_array_2d(&columns);
-            self.raw.starts.push(self.raw.triangles.len());
+            let first = self.raw.triangles.len();
+            self.raw.starts.push(first);
             for primitive in node.mesh().iter().flat_map(|mesh| mesh.primitives()) {
                 self.add_primitive(&primitive, transform)?;
             }
+            node.name().into_iter().for_each(|name| self.raw.name(name, first));
             let children: Vec<_> = node.children().map(|child| (child, transform)).collect();
             waiting.extend(children.into_iter().rev());
         }
@@ -193,12 +195,15 @@ impl Reading<'_> {
         };
         // A mirror image turns the faces over.
         let mirrored = to.determinant() < 0.0;
+        let start = self.raw.triangles.len();
         for (row, mut corners) in triangles(mode, &corners).enumerate() {
             if mirrored {
                 corners.swap(1, 2);
             }
             self.add_triangle((row, first), corners, (vertices.len(), &uvs))?;
         }
+        let material = primitive.material();
+        material.name().into_iter().for_each(|name| self.raw.name(name, start));
         let triangles = self.raw.triangles.len() as u128;
         check_count(self.file, "the number of triangles", triangles)
     }

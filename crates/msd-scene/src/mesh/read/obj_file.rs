@@ -27,8 +27,8 @@ pub(crate) fn parse(bytes: &[u8], file: &str) -> Result<Raw, MeshError> {
             Some("v") => rows.add_vertex(at, words)?,
             Some("vt") => rows.add_texture_vertex(at, words)?,
             Some("f") => rows.add_face(at, words)?,
-            Some("o" | "g") => rows.raw.starts.push(rows.raw.triangles.len()),
-            // Materials, normals, lines and points hold no body together.
+            Some(kind @ ("o" | "g" | "usemtl")) => rows.name(kind, words),
+            // Normals, lines and points hold no body together.
             _ => {}
         }
         joined.clear();
@@ -50,7 +50,18 @@ struct Rows {
     faces: usize,
     /// Whether a face gives no texture coordinates.
     bare: bool,
+    names: Names,
     raw: Raw,
+}
+
+/// The names of the faces that follow.
+#[derive(Default)]
+struct Names {
+    object: Option<String>,
+    groups: Vec<String>,
+    material: Option<String>,
+    /// The first triangle that has them.
+    first: usize,
 }
 
 impl Rows {
@@ -114,6 +125,29 @@ impl Rows {
         self.raw.add_polygon(at, &corners, (!self.bare).then_some(uvs.as_slice()))
     }
 
+    /// Takes a row that names the faces after it.
+    fn name<'a>(&mut self, kind: &str, words: impl Iterator<Item = &'a str>) {
+        self.end_names();
+        let words: Vec<String> = words.map(str::to_owned).collect();
+        let whole = Some(words.join(" ")).filter(|name| !name.is_empty());
+        match kind {
+            "o" => self.names.object = whole,
+            "usemtl" => self.names.material = whole,
+            _ => self.names.groups = words,
+        }
+        if kind != "usemtl" {
+            self.raw.starts.push(self.raw.triangles.len());
+        }
+    }
+
+    /// Gives the faces since the last name theirs.
+    fn end_names(&mut self) {
+        let Names { object, groups, material, first } = &mut self.names;
+        let names = object.iter().chain(&*groups).chain(&*material);
+        names.for_each(|name| self.raw.name(name, *first));
+        *first = self.raw.triangles.len();
+    }
+
     /// The number of a vertex among those in use; from now on it is one of them.
     fn number(&mut self, vertex: usize) -> u32 {
         let positions = &mut self.raw.positions;
@@ -124,6 +158,7 @@ impl Rows {
     }
 
     fn finish(mut self) -> Raw {
+        self.end_names();
         // All faces have texture coordinates, or none has.
         if self.bare {
             self.raw.uvs.clear();
