@@ -405,7 +405,7 @@ const tests = {
 
   async 'a file that is none of ours is refused in a line'(page) {
     await page.go('#scene=chain');
-    const wrong = [['nothing.txt', 'its ending'], ['broken.obj', 'broken.obj'], ['no.msd', 'no.msd']];
+    const wrong = [['nothing.txt', 'unknown extension'], ['broken.obj', 'broken.obj'], ['no.msd', 'no.msd']];
     for (const [name, words] of wrong) {
       await page.page.setInputFiles('#open', { name, mimeType: 'text/plain', buffer: Buffer.from('v 1 nan') });
       await page.page.waitForFunction(
