@@ -187,6 +187,13 @@ pub(crate) fn zip<A: Copy, B: Copy, C>(a: [A; 3], b: [B; 3], f: impl Fn(A, B) ->
     [f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2])]
 }
 
+/// The three numbers that a law gives for the axes. Unlike `array::from_fn` it is inlined everywhere,
+/// so that laws are compiled for the instructions of their caller.
+#[inline(always)]
+pub(crate) fn each<T>(law: impl Fn(usize) -> T) -> [T; 3] {
+    [law(0), law(1), law(2)]
+}
+
 /// The scalar product, summed in the order of the components.
 #[inline(always)]
 pub(crate) fn dot<N: Number>(a: [N; 3], b: [N; 3]) -> N {

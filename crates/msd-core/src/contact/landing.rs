@@ -4,7 +4,7 @@ use super::held::{Limit, Limits, MOST, Stopped};
 use super::law::{Contacts, Span, Touch, bounce, hold, keeps, rounding};
 use crate::number::{Real, Vector};
 use crate::obstacles::{Obstacle, Obstacles, Placed};
-use crate::pack::dot;
+use crate::pack::{dot, each};
 
 /// A particle that has met an obstacle.
 pub(crate) struct Landed<R> {
@@ -30,8 +30,8 @@ pub(crate) fn meet_surface<R: Real>(
     let way = touch.way();
     let keeps = keeps(&law, &touch, span);
     let outcome = if keeps { hold(&law, &touch, span) } else { bounce(&law, &touch, span) };
-    let after = core::array::from_fn(|axis| outcome.velocity[axis] + surface[axis]);
-    let kick = core::array::from_fn(|axis| after[axis] - before[axis]);
+    let after = each(|axis| outcome.velocity[axis] + surface[axis]);
+    let kick = each(|axis| after[axis] - before[axis]);
     let contacts = Contacts {
         driven: (dot(kick, surface) * mass).to_f64(),
         bounced: !keeps,

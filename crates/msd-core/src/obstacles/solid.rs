@@ -4,7 +4,7 @@ use super::motion::{SolidMotion, longest_way, middle};
 use super::{ContactLaw, Obstacle};
 use crate::columns::{LANES, RECORD, set_vector};
 use crate::number::{Real, Vector};
-use crate::pack::dot;
+use crate::pack::{dot, each};
 use crate::scene::{Shape, Solid};
 use glam::{DMat3, DVec3};
 
@@ -163,8 +163,7 @@ impl<R: Real> Ball<R> {
     pub(crate) fn may_hold_any(&self, records: &[[R; RECORD]]) -> bool {
         let Some(some) = records.last() else { return false };
         // Most often the axis along which one place is farthest off decides.
-        let off: [R; 3] =
-            core::array::from_fn(|axis| (some[axis * LANES] - self.middle[axis]).abs());
+        let off: [R; 3] = each(|axis| (some[axis * LANES] - self.middle[axis]).abs());
         let axis = usize::from(off[0] < off[1]);
         let axis = if off[axis] < off[2] { 2 } else { axis };
         let middle = self.middle[axis];
@@ -195,7 +194,7 @@ impl<R: Real> Ball<R> {
         let mut bits = [0; LANES];
         for (lane, bit) in bits.iter_mut().enumerate() {
             let x = lane_of(record, lane);
-            let way: [R; 3] = core::array::from_fn(|axis| x[axis] - self.middle[axis]);
+            let way: [R; 3] = each(|axis| x[axis] - self.middle[axis]);
             *bit = u32::from(dot(way, way) <= self.squared) << lane;
         }
         bits.iter().fold(0, |all, bit| all | bit)

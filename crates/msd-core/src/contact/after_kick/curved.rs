@@ -14,7 +14,7 @@ use crate::columns::{LANES, RECORD, set_vector};
 use crate::number::{Real, Vector};
 use crate::obstacles::ContactLaw;
 use crate::obstacles::solid::{Sampled, lane_of, lanes};
-use crate::pack::dot;
+use crate::pack::{dot, each};
 
 /// Holds the particles of a record that lie on an obstacle which is no plane, and on no other, a
 /// bit for each. The obstacle is given where it is and where it will be after a drift.
@@ -48,7 +48,7 @@ pub(crate) fn settle_on_curved<R: Real, O: Sampled<R> + ?Sized>(
             [&v, &rest.velocities, &surface].map(|column| lane_of(column, lane));
         set_vector(kicked.velocities, at + lane, R::Vec3::from_components(after));
         let mass = kicked.masses[record * LANES + lane];
-        let impulse = core::array::from_fn(|axis| after[axis] - v[axis]);
+        let impulse = each(|axis| after[axis] - v[axis]);
         *contacts += Contacts {
             driven: (dot(impulse, surface) * mass).to_f64(),
             ..Contacts::one((rest.taken[lane] * mass).to_f64())
@@ -114,7 +114,7 @@ impl<R: Real> Rest<R> {
         let mut velocities = [R::ZERO; RECORD];
         for lane in 0..LANES {
             let [normal, v, surface] = [normals, v, surface].map(|column| lane_of(column, lane));
-            let seen = core::array::from_fn(|axis| v[axis] - surface[axis]);
+            let seen = each(|axis| v[axis] - surface[axis]);
             let settled = kick.settle(law, normal, (seen, lane_of(a, lane)), bends[lane]);
             (lie[lane], taken[lane]) = (u32::from(settled.lies) << lane, settled.taken);
             for axis in 0..3 {

@@ -19,7 +19,7 @@ use crate::columns::{LANES, RECORD};
 use crate::number::{Real, Vector, at_level};
 use crate::obstacles::solid::{lane_of, lanes};
 use crate::obstacles::{ContactLaw, Obstacles, Placed, PlaneColumn};
-use crate::pack::{Number, dot};
+use crate::pack::{Number, dot, each};
 use core::ops::Add;
 use corner::settle_in_corner;
 use curved::settle_on_curved;
@@ -188,7 +188,7 @@ fn lay<N: Number>(law: &ContactLaw<N>, speed: N, limit: N, velocity: [N; 3]) -> 
 #[inline(always)]
 fn slowed<N: Number>(law: &ContactLaw<N>, n: [N; 3], v: [N; 3], push: N) -> ([N; 3], N) {
     let speed = dot(n, v);
-    let along: [N; 3] = core::array::from_fn(|axis| v[axis] - n[axis] * speed);
+    let along: [N; 3] = each(|axis| v[axis] - n[axis] * speed);
     let (kept, per_slip) = rub(law, dot(along, along).sqrt(), push);
     (along.map(|number| number * kept), per_slip)
 }
@@ -227,7 +227,7 @@ impl<N: Number> Kick<N> {
         let (speed, pull, zero) = (dot(n, v), dot(n, a), bend.zero());
         let before = speed - pull * self.length;
         let limit = (self.substep + self.substep) * pull;
-        let was = core::array::from_fn(|axis| v[axis] - a[axis] * self.length);
+        let was = each(|axis| v[axis] - a[axis] * self.length);
         let mut lies = speed.is_less(bend) & pull.is_less(zero);
         if self.drift != Drift::Behind {
             lies = lies & lay(law, before, limit, was);
@@ -235,7 +235,7 @@ impl<N: Number> Kick<N> {
         let (velocity, per_slip) = slowed(law, n, v, bend - speed);
         let held = per_slip.is_at_most(zero);
         let sum = |term: [N; 3]| term[0] + term[1] + term[2];
-        let lost = sum(core::array::from_fn(|axis| {
+        let lost = sum(each(|axis| {
             let along = v[axis] - n[axis] * speed;
             let slipped = along - (a[axis] - n[axis] * pull) * self.length;
             // A loss comes with the first of two kicks alone: the kick's work on the way that it
