@@ -187,8 +187,8 @@ pub(crate) fn zip<A: Copy, B: Copy, C>(a: [A; 3], b: [B; 3], f: impl Fn(A, B) ->
     [f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2])]
 }
 
-/// The three numbers that a law gives for the axes. Unlike `array::from_fn` it is inlined everywhere,
-/// so that laws are compiled for the instructions of their caller.
+/// The three numbers that a law gives for the axes. It is always inlined, as `array::from_fn` is
+/// not: a law is compiled for the instructions of its caller, or it takes three times as long.
 #[inline(always)]
 pub(crate) fn each<T>(law: impl Fn(usize) -> T) -> [T; 3] {
     [law(0), law(1), law(2)]
