@@ -1,10 +1,8 @@
 //! Files in the window: a scene that is edited while it runs, and paths that are typed.
 
-use crate::frames::frame;
-use egui::{Event, Key, Modifiers, RawInput, Vec2};
+use crate::frames::{type_in, window};
+use egui::Key;
 use egui_kittest::Harness;
-use msd_app::input::take_commands;
-use msd_app::panel::theme;
 use msd_app::viewer::{Command, Viewer, catalogue};
 use std::path::Path;
 
@@ -90,30 +88,12 @@ fn a_restart_takes_the_file_as_it_is_and_a_built_in_scene_as_it_was() {
     assert_eq!((viewer.session.runner().steps(), &*name), (0, "chain"));
 }
 
-/// A frame in which a text is typed, key by key, as the window has it.
-fn type_in(harness: &mut Harness<'_, Viewer>, text: &str, key: Key) {
-    let modifiers = Modifiers::NONE;
-    let pressed = Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };
-    let events =
-        if text.is_empty() { vec![pressed] } else { vec![pressed, Event::Text(text.into())] };
-    let mut input = RawInput { events, ..RawInput::default() };
-    let typing = harness.state().takes_keys(&harness.ctx);
-    for command in take_commands(&mut input, typing) {
-        harness.state_mut().command(command);
-    }
-    input.events.into_iter().for_each(|event| harness.event(event));
-    harness.run_steps(2);
-}
-
 #[test]
 fn what_is_typed_in_the_gallery_does_not_reach_the_scene_and_a_wrong_path_stays() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut viewer = viewer(&folder.path().join("rope.toml"));
     viewer.folder = folder.path().into();
-    let mut harness =
-        Harness::builder().with_size(Vec2::new(1280.0, 800.0)).build_ui_state(frame, viewer);
-    theme::apply(&harness.ctx);
-    harness.run_steps(3);
+    let mut harness = window(viewer, [1280.0, 800.0]);
     harness.state_mut().command(Command::Open);
     harness.run_steps(3);
     let files = || std::fs::read_dir(folder.path()).expect("a folder").count();

@@ -1,8 +1,8 @@
 //! The control that has the keyboard: in sight and framed, in dark and in light panels.
 
-use crate::frames::{frame, loaded};
+use crate::frames::{loaded, window};
 use egui::accesskit::Role;
-use egui::{Color32, Key, Shape, Vec2};
+use egui::{Color32, Key, Shape};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use msd_app::panel::theme;
@@ -11,10 +11,7 @@ use msd_core::Integrator;
 
 fn harness(size: [f32; 2]) -> Harness<'static, Viewer> {
     let viewer = Viewer::new(loaded("cube"), catalogue()).expect("a valid scene");
-    let mut harness = Harness::builder().with_size(Vec2::from(size)).build_ui_state(frame, viewer);
-    theme::apply(&harness.ctx);
-    harness.run_steps(3);
-    harness
+    window(viewer, size)
 }
 
 /// Contrast of two opaque colours by WCAG 2.1.

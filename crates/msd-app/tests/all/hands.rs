@@ -1,6 +1,6 @@
 //! The hands of a user: cuts, groups, the force of a grab, the wind, throws.
 
-use crate::frames::{FRAME, frame, loaded, run};
+use crate::frames::{FRAME, loaded, run, window};
 use egui::{Key, Modifiers, Pos2, Vec2, pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
@@ -17,11 +17,7 @@ use msd_scene::Precision;
 /// A scene in a window that stands still.
 fn harness(name: &str) -> Harness<'static, Viewer> {
     let viewer = Viewer::new(loaded(name), catalogue()).expect("a valid scene");
-    let mut harness =
-        Harness::builder().with_size(Vec2::new(1280.0, 800.0)).build_ui_state(frame, viewer);
-    theme::apply(&harness.ctx);
-    harness.run_steps(3);
-    harness
+    window(viewer, [1280.0, 800.0])
 }
 
 /// Presses a key as the window passes it on.

@@ -1,11 +1,10 @@
 //! The left panel: the list of scenes, what is drawn, what colours stand for and their legend.
 
-use crate::frames::{frame, loaded};
+use crate::frames::{click, loaded, window};
 use egui::accesskit::Role;
-use egui::{Rect, Shape, Vec2};
+use egui::{Rect, Shape};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use msd_app::panel::theme;
 use msd_app::session::Pace;
 use msd_app::viewer::{Command, Viewer, catalogue};
 use msd_render::{Quality, Quantity, Scale};
@@ -17,16 +16,7 @@ fn harness() -> Harness<'static, Viewer> {
 
 fn harness_of(scene: &str) -> Harness<'static, Viewer> {
     let viewer = Viewer::new(loaded(scene), catalogue()).expect("a valid scene");
-    let mut harness =
-        Harness::builder().with_size(Vec2::new(1280.0, 800.0)).build_ui_state(frame, viewer);
-    theme::apply(&harness.ctx);
-    harness.run_steps(3);
-    harness
-}
-
-fn click(harness: &mut Harness<'_, Viewer>, role: Role, label: &str) {
-    harness.get_by_role_and_label(role, label).click();
-    harness.run_steps(3);
+    window(viewer, [1280.0, 800.0])
 }
 
 /// Where a text is drawn, and where it is cut off.

@@ -1,12 +1,11 @@
 //! Looks of bodies, set in the window: they are kept everywhere, and change no bit of a run.
 
-use crate::frames::{frame, loaded, run, session};
+use crate::frames::{loaded, run, session, window};
 use egui::Vec2;
 use egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use msd_app::link::Link;
-use msd_app::panel::theme;
 use msd_app::session::{LookEdit, Session};
 use msd_app::viewer::{Command, Viewer, catalogue};
 use msd_core::{Look, Pattern, Select};
@@ -162,9 +161,7 @@ fn what_looks_like_wood_but_for_its_colour_is_saved() {
 fn the_panel_sets_looks_where_they_are_wanted() {
     let viewer = Viewer::new(loaded("cube"), catalogue()).expect("a valid scene");
     let size = Vec2::new(1280.0, 800.0);
-    let mut harness = Harness::builder().with_size(size).build_ui_state(frame, viewer);
-    theme::apply(&harness.ctx);
-    harness.run_steps(3);
+    let mut harness = window(viewer, size);
     assert!(harness.query_by_role_and_label(Role::ComboBox, "Like").is_none());
     let click = |harness: &mut Harness<'_, Viewer>, role: Role, label: &str| {
         harness.get_by_role_and_label(role, label).click();

@@ -5,7 +5,6 @@
 
 #[path = "../common/mod.rs"]
 mod common;
-#[path = "../common/frames.rs"]
 mod frames;
 mod bench;
 mod cli;

@@ -1,11 +1,10 @@
 //! The manners of the panels: what moves under the pointer, what is confirmed, what is called what.
 
-use crate::frames::{frame, loaded};
+use crate::frames::{click, loaded, window};
+use egui::Rect;
 use egui::accesskit::Role;
-use egui::{Rect, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
-use msd_app::panel::theme;
 use msd_app::session::MaterialEdit;
 use msd_app::viewer::{Viewer, catalogue};
 use msd_core::Real;
@@ -13,19 +12,11 @@ use msd_run::on;
 use msd_study::parts::Part;
 
 fn harness_of(viewer: Viewer, size: [f32; 2]) -> Harness<'static, Viewer> {
-    let mut harness = Harness::builder().with_size(Vec2::from(size)).build_ui_state(frame, viewer);
-    theme::apply(&harness.ctx);
-    harness.run_steps(3);
-    harness
+    window(viewer, size)
 }
 
 fn harness(scene: &str, size: [f32; 2]) -> Harness<'static, Viewer> {
     harness_of(Viewer::new(loaded(scene), catalogue()).expect("a valid scene"), size)
-}
-
-fn click(harness: &mut Harness<'_, Viewer>, role: Role, label: &str) {
-    harness.get_by_role_and_label(role, label).click();
-    harness.run_steps(3);
 }
 
 /// Where the controls of the right panel are.

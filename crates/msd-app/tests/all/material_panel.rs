@@ -1,12 +1,10 @@
 //! The section of the window for bodies that are made of a material.
 
-use crate::frames::{frame, run};
+use crate::frames::{run, window};
 use egui::Vec2;
 use egui::accesskit::Role;
-use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use msd_app::link::Link;
-use msd_app::panel::theme;
 use msd_app::session::{MaterialEdit, Session};
 use msd_app::viewer::{Command, Viewer, catalogue};
 use msd_core::{Scene, Select};
@@ -151,9 +149,7 @@ fn the_panel_shows_the_units_of_a_material_and_the_source_of_its_name() {
     std::fs::write(&path, text).expect("a file");
     let viewer = Viewer::new(open(&path).expect("a scene"), catalogue()).expect("a valid scene");
     let size = Vec2::new(1280.0, 800.0);
-    let mut harness = Harness::builder().with_size(size).build_ui_state(frame, viewer);
-    theme::apply(&harness.ctx);
-    harness.run_steps(3);
+    let mut harness = window(viewer, size);
     for label in ["Young", "Density", "Loss"] {
         harness.get_by_role_and_label(Role::Slider, label);
     }

@@ -1,6 +1,6 @@
 //! The panels by themselves: widgets found by their names, clicked and dragged without a window.
 
-use crate::frames::frame;
+use crate::frames::{click, frame, window};
 use egui::Vec2;
 use egui::accesskit::Role;
 use egui_kittest::Harness;
@@ -22,16 +22,7 @@ fn harness() -> Harness<'static, Viewer> {
 fn harness_of(scene: &str) -> Harness<'static, Viewer> {
     let loaded = msd_scene::open(scene).expect("a built-in scene");
     let viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
-    let mut harness =
-        Harness::builder().with_size(Vec2::new(1280.0, 800.0)).build_ui_state(frame, viewer);
-    theme::apply(&harness.ctx);
-    harness.run_steps(3);
-    harness
-}
-
-fn click(harness: &mut Harness<'_, Viewer>, role: Role, label: &str) {
-    harness.get_by_role_and_label(role, label).click();
-    harness.run_steps(3);
+    window(viewer, [1280.0, 800.0])
 }
 
 fn stiffness(harness: &Harness<'_, Viewer>) -> f64 {

@@ -1,11 +1,10 @@
 //! The panels on a small screen: one at a time, beside a view of the body, high enough for fingers.
 
-use crate::frames::{frame, loaded};
+use crate::frames::{loaded, window};
 use egui::accesskit::Role;
 use egui::{Rect, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use msd_app::panel::theme;
 use msd_app::viewer::{Command, Viewer, catalogue};
 
 /// What the bar of the page leaves of a phone, upright and on its side, points.
@@ -15,10 +14,7 @@ const TABS: [&str; 5] = ["Run", "Material", "Solver", "Energy", "View"];
 fn harness(size: [f32; 2]) -> Harness<'static, Viewer> {
     let mut viewer = Viewer::new(loaded("jelly"), catalogue()).expect("a valid scene");
     (viewer.by_touch, viewer.in_page) = (true, true);
-    let mut harness = Harness::builder().with_size(Vec2::from(size)).build_ui_state(frame, viewer);
-    theme::apply(&harness.ctx);
-    harness.run_steps(3);
-    harness
+    window(viewer, size)
 }
 
 fn click(harness: &mut Harness<'_, Viewer>, label: &str) {

@@ -1,14 +1,13 @@
 //! The viewer around a session: files opened, dropped and saved, the gallery, the guide, what is
 //! remembered, and the keyboard.
 
-use crate::frames::frame;
+use crate::frames::{type_in, window};
 use egui::accesskit::{Action, Role};
-use egui::{Event, Key, Modifiers, RawInput, Vec2};
+use egui::{Key, RawInput, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use glam::Vec3;
-use msd_app::input::{take_commands, take_drops};
-use msd_app::panel::theme;
+use msd_app::input::take_drops;
 use msd_app::session::{MaterialEdit, Tuning, Wind};
 use msd_app::viewer::{Command, Guide, GuideStep, Preferences, Viewer, catalogue};
 use msd_core::{Friction, Integrator, Select};
@@ -29,10 +28,7 @@ fn viewer(scene: &str, folder: &Path) -> Viewer {
 }
 
 fn harness(viewer: Viewer, size: [f32; 2]) -> Harness<'static, Viewer> {
-    let mut harness = Harness::builder().with_size(Vec2::from(size)).build_ui_state(frame, viewer);
-    theme::apply(&harness.ctx);
-    harness.run_steps(3);
-    harness
+    window(viewer, size)
 }
 
 fn note(viewer: &Viewer) -> &str {
@@ -455,25 +451,12 @@ fn hidden_panels_leave_the_whole_window_to_the_scene() {
     assert!(harness.state().rect.width() < 500.0);
 }
 
-/// Presses a key as the window passes it on: commands first, the rest to egui.
-fn key(harness: &mut Harness<'_, Viewer>, key: Key) {
-    let modifiers = Modifiers::NONE;
-    let event = Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };
-    let mut input = RawInput { events: vec![event], ..RawInput::default() };
-    let typing = harness.state().takes_keys(&harness.ctx);
-    for command in take_commands(&mut input, typing) {
-        harness.state_mut().command(command);
-    }
-    input.events.into_iter().for_each(|event| harness.event(event));
-    harness.run_steps(2);
-}
-
 #[test]
 fn every_control_is_reached_by_tab_and_used_by_key() {
     let mut harness = harness(viewer("cube", Path::new("")), [1280.0, 800.0]);
     let mut reached = Vec::new();
     for _ in 0..120 {
-        key(&mut harness, Key::Tab);
+        type_in(&mut harness, "", Key::Tab);
         let id = harness.ctx.memory(|memory| memory.focused()).expect("something has the focus");
         if reached.contains(&id) {
             break;
@@ -483,21 +466,22 @@ fn every_control_is_reached_by_tab_and_used_by_key() {
     let usable = [Role::Button, Role::CheckBox, Role::Slider, Role::ComboBox, Role::RadioButton];
     let all: usize = usable.map(|role| harness.query_all_by_role(role).count()).iter().sum();
     assert!(40 < all && all <= reached.len(), "{} of {all}", reached.len());
-    key(&mut harness, Key::Escape);
+    type_in(&mut harness, "", Key::Escape);
     assert!(!harness.ctx.egui_wants_keyboard_input());
     let camera = harness.state().camera;
-    [Key::ArrowRight, Key::ArrowUp, Key::Plus].into_iter().for_each(|turn| key(&mut harness, turn));
+    let turns = [Key::ArrowRight, Key::ArrowUp, Key::Plus].into_iter();
+    turns.for_each(|turn| type_in(&mut harness, "", turn));
     let turned = harness.state().camera;
     assert!(camera.yaw < turned.yaw && camera.pitch < turned.pitch);
     assert!(turned.distance < camera.distance);
     harness.get_by_role_and_label(Role::Button, "Pause").focus();
     harness.run_steps(2);
-    key(&mut harness, Key::Enter);
+    type_in(&mut harness, "", Key::Enter);
     assert!(harness.state().session.is_paused());
     let before = harness.state().session.material().values().gravity;
     harness.get_by_role_and_label(Role::Slider, "Gravity").focus();
     harness.run_steps(2);
-    key(&mut harness, Key::ArrowRight);
+    type_in(&mut harness, "", Key::ArrowRight);
     assert!(before < harness.state().session.material().values().gravity);
 }
 
@@ -537,7 +521,7 @@ fn every_control_has_a_name() {
         harness.get_by_role_and_label(Role::ComboBox, name).click();
         harness.run_steps(2);
         assert_eq!(nameless(&harness), none, "{name}");
-        key(&mut harness, Key::Escape);
+        type_in(&mut harness, "", Key::Escape);
     }
     harness.get_by_role_and_label(Role::SpinButton, "Gravity").focus();
     harness.run_steps(2);

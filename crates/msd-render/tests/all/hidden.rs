@@ -2,10 +2,10 @@
 //!
 //! Without any graphics adapter, not even a software one, a test says that it skips.
 
-use crate::scenes::{Still, block, scene_of};
+use crate::scenes::{Still, block, gpu, scene_of};
 use glam::{DVec3, Vec3};
 use msd_core::{Shape, Solid};
-use msd_render::{Gpu, View, bounds, bounds_with_solids, render_image};
+use msd_render::{View, bounds, bounds_with_solids, render_image};
 
 fn solid(shape: Shape, position: DVec3) -> Solid {
     Solid { position, ..Solid::new(shape) }
@@ -33,14 +33,7 @@ fn solids_near_bodies_count_as_a_whole_and_large_ones_by_what_is_near() {
 
 #[test]
 fn a_solid_that_hides_all_bodies_is_cut_open() {
-    let gpu = match pollster::block_on(Gpu::headless()) {
-        Ok(gpu) => gpu,
-        Err(error) => {
-            assert!(std::env::var_os("MSD_REQUIRE_ADAPTER").is_none(), "no adapter: {error}");
-            eprintln!("SKIPPED: no adapter: {error}");
-            return;
-        }
-    };
+    let Some(gpu) = gpu() else { return };
     let mut scene = scene_of(block(3), &[]);
     let mut view = View::default();
     view.camera.frame((Vec3::splat(-3.0), Vec3::splat(3.0)), 1.0);

@@ -2,7 +2,9 @@
 //!
 //! Without any graphics adapter, not even a software one, each test says that it skips.
 
-use crate::scenes::{Still, block, floor, particle, pin, plane, rope, scene_of, sheet, spring};
+use crate::scenes::{
+    Still, block, floor, gpu, particle, pin, plane, rope, scene_of, sheet, spring,
+};
 use glam::{DMat3, DVec3, Vec3};
 use msd_core::{Grab, Look, Pattern, Plane, Scene, Shape, Solid, Vector};
 use msd_render::{
@@ -13,18 +15,6 @@ use msd_render::{
 const WIDTH: u32 = 320;
 const HEIGHT: u32 = 240;
 const ASPECT: f32 = WIDTH as f32 / HEIGHT as f32;
-
-/// A device, or nothing and a loud line; nothing will not do where CI has installed a driver.
-fn gpu() -> Option<Gpu> {
-    match pollster::block_on(Gpu::headless()) {
-        Ok(gpu) => Some(gpu),
-        Err(error) => {
-            assert!(std::env::var_os("MSD_REQUIRE_ADAPTER").is_none(), "no adapter: {error}");
-            eprintln!("SKIPPED: no adapter: {error}");
-            None
-        }
-    }
-}
 
 fn draw(gpu: &Gpu, scene: &Scene, view: &View) -> Image {
     let still = Still::<f32>::new(scene);

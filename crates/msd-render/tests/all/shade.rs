@@ -2,22 +2,15 @@
 //!
 //! Without any graphics adapter, not even a software one, the test says that it skips.
 
-use crate::scenes::{Still, block, floor, scene_of};
+use crate::scenes::{Still, block, floor, gpu, scene_of};
 use glam::Vec3;
-use msd_render::{Camera, Gpu, Offscreen, Quality, Style, View};
+use msd_render::{Camera, Offscreen, Quality, Style, View};
 
 const SIZE: [u32; 2] = [320, 240];
 
 #[test]
 fn the_shade_below_a_body_is_grey_and_has_no_grain_in_a_fast_picture() {
-    let gpu = match pollster::block_on(Gpu::headless()) {
-        Ok(gpu) => gpu,
-        Err(error) => {
-            assert!(std::env::var_os("MSD_REQUIRE_ADAPTER").is_none(), "no adapter: {error}");
-            eprintln!("SKIPPED: no adapter: {error}");
-            return;
-        }
-    };
+    let Some(gpu) = gpu() else { return };
     // 3 m wide and 0.6 m high, its lower side 0.4 m above the floor.
     let mut scene = scene_of(block(4), &[floor(-0.7)]);
     scene.particles.iter_mut().for_each(|particle| particle.position.y *= 0.2);

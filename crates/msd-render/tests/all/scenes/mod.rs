@@ -1,10 +1,12 @@
-//! Scenes that the tests draw, built by hand so that they need only the description of the core.
+//! Scenes that the tests draw, built by hand so that they need only the description of the core,
+//! and the device that draws them.
 
 use glam::DVec3;
 use msd_core::{
     Corner, Friction, Part, Particle, Pin, Plane, Real, Scene, Settings, Simulation, Snapshot,
     Spring, Surface, Vector,
 };
+use msd_render::Gpu;
 
 /// A scene as it is written: planes do not move it.
 pub struct Still<R: Real> {
@@ -157,4 +159,16 @@ pub fn scene_of(part: Part, planes: &[Plane]) -> Scene {
     let mut scene = Scene { planes: planes.to_vec(), ..Scene::default() };
     scene.add("body", part);
     scene
+}
+
+/// A device, or nothing and a loud line; nothing will not do where CI has installed a driver.
+pub fn gpu() -> Option<Gpu> {
+    match pollster::block_on(Gpu::headless()) {
+        Ok(gpu) => Some(gpu),
+        Err(error) => {
+            assert!(std::env::var_os("MSD_REQUIRE_ADAPTER").is_none(), "no adapter: {error}");
+            eprintln!("SKIPPED: no adapter: {error}");
+            None
+        }
+    }
 }
