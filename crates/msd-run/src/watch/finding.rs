@@ -125,7 +125,7 @@ impl Finding {
         }
     }
 
-    /// Whether it stays, be it that it is what has happened.
+    /// Whether it stays once it was seen.
     pub(super) fn stays(&self) -> bool {
         self.stays || self.kind.outlives_changes()
     }

@@ -104,6 +104,11 @@ impl Watch {
 
     /// Notes a step of the run: how far its solves got, and what contact went through.
     pub fn step(&mut self, runner: &Runner) {
+        self.note_step(runner);
+        self.judge(runner);
+    }
+
+    fn note_step(&mut self, runner: &Runner) {
         // A step that is taken anew from an earlier state has another future.
         if runner.steps() <= self.steps {
             self.found.retain(|finding| finding.since < runner.time());
@@ -113,7 +118,6 @@ impl Watch {
             self.read.solved.get_or_insert_default().note(solved);
         }
         self.is_handled |= on!(runner, simulation => simulation.is_handled());
-        self.judge(runner);
     }
 
     /// Looks where solids and surfaces are, best after each step.
@@ -140,7 +144,7 @@ impl Watch {
             let stable = on!(runner, simulation => simulation.stable_substep_of(verlet, 1));
             self.read.resolving = Some(stable);
         }
-        self.step(runner);
+        self.note_step(runner);
         self.look(runner);
     }
 
