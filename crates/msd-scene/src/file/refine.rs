@@ -276,7 +276,7 @@ fn end(
     }
 }
 
-/// What the sets of each body follow from.
+/// Where the own sets of each body come from.
 fn own_sets(nestings: &[Nesting], coarse: &Scene) -> Vec<OwnSets> {
     let own = |(nesting, body): (&Nesting, &Body)| match nesting {
         Nesting::Lattice(size) => {

@@ -55,7 +55,7 @@ pub struct Mesh {
     pub uvs: Option<Vec<[[f32; 2]; 3]>>,
     /// Three vertices per triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// What the file names.
+    /// The names in the file, each with its triangles.
     pub groups: Vec<Group>,
     /// What was read and cleaned.
     pub report: MeshReport,

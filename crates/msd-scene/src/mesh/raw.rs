@@ -35,7 +35,7 @@ pub(crate) struct Raw {
     pub(crate) uvs: Vec<CornerUvs>,
     /// The first triangle of each object or group that the file names.
     pub(crate) starts: Vec<usize>,
-    /// What the file names, of these triangles.
+    /// The names in the file, each with its triangles.
     pub(crate) groups: Vec<Group>,
     /// Vertices in the file, used or not.
     pub(crate) vertices_read: usize,

@@ -4,22 +4,22 @@ use crate::mesh::{Group, Mesh};
 use msd_core::{Lattice, Surface};
 use std::collections::BTreeMap;
 
-/// The names of sets that are no sides.
+/// The names of sets beside those of sides.
 pub(crate) const SHAPES: [&str; 6] = ["all", "first", "last", "corners", "edges", "surface"];
 
-/// What the sets follow from that a body has of its own.
+/// Where the sets come from that a body has of its own.
 pub(crate) enum OwnSets {
     /// The sides of a lattice.
     Lattice(Lattice),
-    /// What the file of a mesh names.
+    /// The names in the file of a mesh.
     Groups(Groups),
 }
 
 /// The particles of each name, counted in the body, ascending.
 pub(crate) type Groups = BTreeMap<String, Vec<usize>>;
 
-/// The particles of what the file of a mesh names, by the surface of its body, whose first particle
-/// is `first`. Each triangle of the mesh may be cut into as many as any other there.
+/// The particles of each name in the file of a mesh, by the surface of its body, whose first
+/// particle is `first`. Each triangle of the mesh may be cut into as many as any other there.
 pub(crate) fn groups(mesh: &Mesh, surface: &Surface, first: usize) -> Groups {
     let mut groups = Groups::new();
     if mesh.groups.is_empty() {

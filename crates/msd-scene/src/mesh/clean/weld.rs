@@ -88,7 +88,7 @@ pub(crate) fn clean(raw: &mut Raw, file: &str) -> Result<Clean, MeshError> {
     Ok(clean)
 }
 
-/// What is left of groups where these faces, in ascending order, are kept.
+/// Groups of the faces that are kept, which are in ascending order.
 fn groups(groups: Vec<Group>, kept: &[usize]) -> Vec<Group> {
     let number = |face: usize| kept.partition_point(|&kept| kept < face);
     let left = groups.into_iter().map(|Group { name, triangles }| {
