@@ -618,6 +618,8 @@ const phone = {
     for (const [width, height] of [[390, 844], [844, 390]]) {
       await page.cdp.send('Emulation.setDeviceMetricsOverride',
         { width, height, deviceScaleFactor: 0, mobile: true });
+      // From a page without the program, which would keep its open panel again as the canvas changes.
+      await page.page.goto(page.url + 'page.css');
       await page.page.evaluate(() => localStorage.clear());
       await page.go('#scene=cube');
       const { view } = await page.until('steps', now => 2 < now.steps);
