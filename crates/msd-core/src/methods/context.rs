@@ -301,9 +301,7 @@ impl<'a, R: Real> StepContext<'a, R> {
 
     /// What the rows of shells depend on at the start of the substep.
     pub(super) fn rows_at(&self) -> At<'a, R> {
-        let Model { shells, obstacles, inverse_mass_column, .. } = self.model;
-        let (level, time) = (self.level, self.time());
-        At { level, shells, obstacles, inverse_masses: inverse_mass_column, time }
+        self.model.shells_at(self.level, self.time())
     }
 
     /// Finds the rows of shells before a kick of `length` seconds by the forces of the last

@@ -97,7 +97,15 @@ impl<R: Real> Simulation<R> {
         simulation.leave_obstacles();
         let inside = "inside the world once the obstacles have pushed the particle out";
         simulation.state().check(simulation.model.extent, inside)?;
+        simulation.start_shells();
         Ok(simulation)
+    }
+
+    /// Lets shells that cross each other be pushed apart.
+    pub(crate) fn start_shells(&mut self) {
+        let springs = self.model.springs.present().map(|(_, ends)| ends);
+        let at = self.model.shells_at(self.level, self.time());
+        self.rows.start(&at, &self.state.positions, springs);
     }
 
     fn from_parts(

@@ -4,13 +4,13 @@ use super::Simulation;
 use super::compiled::Compiled;
 use crate::columns;
 use crate::contact::Contacts;
-use crate::contact::shells::{At, ShellRows};
+use crate::contact::shells::ShellRows;
 use crate::elements::{ForceWork, collected, column};
 use crate::energy::{self, Energy, Momentum};
 use crate::methods::{Integrator, Method, Solved, Work};
 use crate::number::{Real, Vector};
 use crate::stability::{self, Estimator, Mode};
-use crate::system::{Columns, Model, Snapshot, State};
+use crate::system::{Columns, Snapshot, State};
 use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::Range;
@@ -101,15 +101,13 @@ impl<R: Real> Simulation<R> {
     /// The pairs of particles of one shell whose triangles, edges and points are closer than it
     /// stops itself at, see [`Shell::exempt`](crate::scene::Shell::exempt).
     pub fn closed_pairs(&self) -> Vec<[usize; 2]> {
-        let Model { shells, obstacles, inverse_mass_column, .. } = &self.model;
-        let (level, time) = (self.level, self.time());
-        let at = At { level, shells, obstacles, inverse_masses: inverse_mass_column, time };
+        let at = self.model.shells_at(self.level, self.time());
         let still = vec![R::ZERO; self.state.positions.len()];
         let mut rows = ShellRows::default();
-        if shells.do_meet() {
+        if at.shells.do_meet() {
             rows.find(&at, [&self.state.positions, &still, &still], (R::ZERO, R::ONE, R::ZERO));
         }
-        rows.closed_pairs(shells)
+        rows.closed_pairs(at.shells)
     }
 
     /// The fastest motion at the present state, taken for a single oscillator: that is exact where

@@ -117,6 +117,7 @@ impl<R: Real> Simulation<R> {
         self.settings.integrator.check_shells(rows)?;
         self.model.set_shells(rows.to_vec());
         self.rows = ShellRows::default();
+        self.start_shells();
         self.renew_scratch();
         Ok(())
     }

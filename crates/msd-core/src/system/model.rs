@@ -8,7 +8,7 @@ use crate::contact::arrive::resolve;
 use crate::contact::ending::{Bodies, Substep};
 use crate::contact::found::{Contact, ContactSearch, Found, Places, When, find};
 use crate::contact::points::Points;
-use crate::contact::shells::Shells;
+use crate::contact::shells::{At, Shells};
 use crate::contact::{Contacts, Radii};
 use crate::elements::air::AirLoads;
 use crate::elements::bends::Bends;
@@ -447,6 +447,12 @@ impl<R: Real> Model<R> {
     /// The volumes.
     pub fn volumes(&self) -> &Volumes<R> {
         &self.volumes
+    }
+
+    /// What the rows of shells depend on at a time, beside positions and velocities.
+    pub(crate) fn shells_at(&self, level: Level, time: f64) -> At<'_, R> {
+        let Model { shells, obstacles, inverse_mass_column, .. } = self;
+        At { level, shells, obstacles, inverse_masses: inverse_mass_column, time }
     }
 
     /// Whether any bodies meet each other or themselves.

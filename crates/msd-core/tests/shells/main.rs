@@ -2,6 +2,7 @@
 
 mod bodies;
 mod crossings;
+mod overlaps;
 mod pairs;
 mod sliding;
 

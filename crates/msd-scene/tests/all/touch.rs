@@ -118,13 +118,14 @@ fn a_body_that_starts_inside_another_is_told() {
     // Of 64 particles 27 are inside, of which 8 are inside of b too. Each is √3 x 0.05 m from the
     // nearest corners of the squares around it, and both thicknesses more are 0.08 m.
     let told = "b starts inside a with 19 of its 56 contact particles, up to about 0.17 m deep, \
-                and stays inside: move one of the two bodies";
+                and is pushed out slowly";
     assert_eq!(cubes([0.05; 3], both, ""), [told]);
     // One in another that is larger: the other way round.
     let small = "[[bodies]]\nname = 'c'\nkind = 'block'\nsize = [2, 2, 2]\nspacing = 0.01\n\
                  touch = {}\n";
     let small = cubes([9.0; 3], both, small);
     assert!(small.len() == 1 && small[0].starts_with("c starts inside a with 8 of its 8 contact"));
+    assert!(small[0].ends_with("stays inside: move one of the two bodies"), "{}", small[0]);
     // Beside it, where they overlap by less than half of 0.08 m and by more.
     let beside = |gap: f64| cubes([0.3 + gap, 0.0, 0.0], both, "");
     assert!(beside(0.041).is_empty());

@@ -5,9 +5,10 @@ use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, single, vector};
 use crate::number::{Real, Vector};
 use crate::obstacles::Obstacles;
-use crate::scene::shell::{Between, Shell, any_meet};
+use crate::scene::shell::{Between, Shell, any_meet, do_meet};
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
+use core::ops::Range;
 use fearless_simd::Level;
 
 /// No face.
@@ -183,6 +184,17 @@ impl Shells {
         self.do_meet
     }
 
+    /// The shells of particles.
+    pub(super) fn by_particle(&self) -> BTreeMap<usize, usize> {
+        let each = self.vertices.iter();
+        each.map(|vertex| (vertex.particle as usize, vertex.shell as usize)).collect()
+    }
+
+    /// Whether two shells stop each other.
+    pub(super) fn do_shells_meet(&self, pair: [usize; 2]) -> bool {
+        do_meet(&self.rows, pair)
+    }
+
     /// The rows as written.
     pub(crate) fn rows(&self) -> &[Shell] {
         &self.rows
@@ -200,6 +212,40 @@ impl Shells {
 
     pub(super) fn shell_of(&self, vertex: u32) -> usize {
         self.vertices[vertex as usize].shell as usize
+    }
+
+    /// The vertices of a shell, which are numbered one shell after the other.
+    pub(super) fn vertices_of(&self, shell: usize) -> Range<u32> {
+        let start = |shell| self.vertices.partition_point(|vertex| vertex.shell < shell) as u32;
+        start(shell as u32)..start(shell as u32 + 1)
+    }
+
+    /// The faces of a shell, numbered so, too.
+    pub(super) fn faces_of(&self, shell: usize) -> Range<u32> {
+        let is_before = |face: &ShellFace, shell| self.shell_of(face.corners[0]) < shell;
+        let start = |shell| self.faces.partition_point(|face| is_before(face, shell)) as u32;
+        start(shell)..start(shell + 1)
+    }
+
+    /// Whether the faces of a shell close it, each with its corners around its way out.
+    pub(super) fn is_closed(&self, shell: usize) -> bool {
+        let faces = self.faces_of(shell);
+        let corners = |face: u32| self.faces[face as usize].corners;
+        let is_beside = |face: u32, edge: u32| {
+            let other = self.edges[edge as usize].faces.into_iter().find(|&other| other != face);
+            other.filter(|&other| other != NONE)
+        };
+        !faces.is_empty()
+            && faces.into_iter().all(|face| {
+                let sides = (0..3).zip(self.faces[face as usize].edges);
+                sides.into_iter().all(|(at, edge)| {
+                    let [from, to] = [corners(face)[at], corners(face)[(at + 1) % 3]];
+                    is_beside(face, edge).is_some_and(|other| {
+                        let [a, b, c] = corners(other);
+                        [[b, a], [c, b], [a, c]].contains(&[from, to])
+                    })
+                })
+            })
     }
 
     /// The first particle of a shell that has a feature.

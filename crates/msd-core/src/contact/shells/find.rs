@@ -4,6 +4,8 @@ use super::distance::between_edges;
 use super::features::{At, Edge, NONE};
 use super::glance::squares;
 use super::lists::{Candidates, ClusterPair, ListedPair, NOISE};
+use super::margins::vertices_of;
+use super::overlaps::Overlaps;
 use super::patch::Patch;
 use super::row::{ContactRow, EDGE, EDGES, FACE, OBSTACLE, SLOP, VERTEX, features, key};
 use crate::columns::LANES;
@@ -24,17 +26,21 @@ pub(super) struct Finder<'a, R: Real> {
     pub(super) near: Vec<(u64, usize)>,
     /// Whether each vertex is in a row.
     pub(super) are_held: Vec<bool>,
+    /// The shells that have no ordinary rows with each other.
+    pub(super) overlaps: Overlaps<R>,
 }
 
 impl<'a, R: Real> Finder<'a, R> {
     pub(super) fn new(at: &'a At<'a, R>, patch: &'a Patch<R>, margin: R) -> Self {
         let (rows, keys, near, are_held) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Finder { at, patch, margin, rows, keys, near, are_held }
+        let overlaps = Overlaps::default();
+        Finder { at, patch, margin, rows, keys, near, are_held, overlaps }
     }
 
-    /// Finds the rows of features that may be near each other and of obstacles, in the order of
-    /// their keys.
-    pub(super) fn find(&mut self, lists: &mut Candidates<R>) {
+    /// Finds the rows of features that may be near each other, of what was inside other shells
+    /// before, and of obstacles, in the order of their keys.
+    pub(super) fn find(&mut self, lists: &mut Candidates<R>, inside: &[ContactRow<R>]) {
+        self.add_overlaps(&lists.clusters, inside);
         self.keys.clear();
         let most_margin = self.margin;
         for &number in &lists.due {
@@ -86,7 +92,7 @@ impl<'a, R: Real> Finder<'a, R> {
     }
 
     #[inline(always)]
-    fn point(&self, vertex: u32) -> R::Vec3 {
+    pub(super) fn point(&self, vertex: u32) -> R::Vec3 {
         self.patch.points[vertex as usize]
     }
 
@@ -94,7 +100,7 @@ impl<'a, R: Real> Finder<'a, R> {
     ///
     /// Without `map`, which is not always compiled into the loop around it.
     #[inline(always)]
-    fn seen(&self, face: u32, from: R::Vec3) -> [R::Vec3; 3] {
+    pub(super) fn seen(&self, face: u32, from: R::Vec3) -> [R::Vec3; 3] {
         let [a, b, c] = self.at.shells.faces[face as usize].corners;
         [self.point(a) - from, self.point(b) - from, self.point(c) - from]
     }
@@ -109,14 +115,20 @@ impl<'a, R: Real> Finder<'a, R> {
         self.keys.sort_unstable();
         self.keys.dedup();
         let mut rows = core::mem::take(&mut self.rows);
+        let overlaps = rows.len();
         let met = self.keys.iter().filter(|&&key| !self.is_exempt(key));
         rows.extend(met.filter_map(|&key| self.row(key, self.sides(key))));
+        rows.rotate_left(overlaps);
         self.rows = rows;
     }
 
     /// Whether features are exempt from meeting each other.
     fn is_exempt(&self, key: u64) -> bool {
         let shells = self.at.shells;
+        let pair = || vertices_of(shells, key).map(|vertex| shells.shell_of(vertex));
+        if !self.overlaps.is_empty() && self.overlaps.contains(pair()) {
+            return true;
+        }
         let [a, b] = features(key);
         let edge = |edge: u32| &shells.edges[edge as usize].ends;
         match key >> 62 {
@@ -253,7 +265,7 @@ impl<'a, R: Real> Finder<'a, R> {
 
     /// Lets a face at the features of a row take the couple of friction.
     pub(super) fn turn(&self, row: &mut ContactRow<R>) {
-        if !row.is_of_obstacle() && R::ZERO < row.friction {
+        if row.is_of_features() && R::ZERO < row.friction {
             let corners = |face: u32| self.at.shells.faces[face as usize].corners;
             self.turn_one(row, self.faces_of(row.key).map(corners));
         }
@@ -317,7 +329,7 @@ impl<'a, R: Real> Finder<'a, R> {
     }
 
     /// The mass of both sides of a row, kilograms; none where nothing moves either.
-    fn mass(&self, row: &ContactRow<R>) -> Option<R> {
+    pub(super) fn mass(&self, row: &ContactRow<R>) -> Option<R> {
         let each = row.vertices.iter().zip(row.weights);
         let inverse = each.fold(R::ZERO, |sum, (&vertex, weight)| {
             sum + weight * weight * self.patch.inverse_masses[vertex as usize]
@@ -509,9 +521,9 @@ const FLAT: f64 = 2e-3;
 /// Two sides of a row, by vertices with weights: where they are fewer than four, the last again
 /// without a weight.
 #[derive(Clone, Copy)]
-struct Sides<R> {
-    vertices: [u32; 4],
-    weights: [R; 4],
+pub(super) struct Sides<R> {
+    pub(super) vertices: [u32; 4],
+    pub(super) weights: [R; 4],
 }
 
 impl<R: Real> Sides<R> {
@@ -524,7 +536,7 @@ impl<R: Real> Sides<R> {
     }
 
     #[inline(always)]
-    fn of_face(vertex: u32, [a, b, c]: [u32; 3], [u, v, w]: [R; 3]) -> Self {
+    pub(super) fn of_face(vertex: u32, [a, b, c]: [u32; 3], [u, v, w]: [R; 3]) -> Self {
         Sides::new([vertex, a, b, c], [R::ONE, -u, -v, -w])
     }
 

@@ -286,6 +286,13 @@ impl<R: Real> Candidates<R> {
         count
     }
 
+    /// Lists all vertices of two shells, too.
+    pub(super) fn mark_all(&mut self, shells: &Shells, pair: [usize; 2]) {
+        pair.into_iter().for_each(|shell| self.vertices.extend(shells.vertices_of(shell)));
+        self.vertices.sort_unstable();
+        self.vertices.dedup();
+    }
+
     /// Lists the vertices of the pairs that may matter and those beside them.
     fn mark(&mut self, shells: &Shells) {
         if self.due.is_empty() {

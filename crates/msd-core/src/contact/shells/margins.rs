@@ -51,7 +51,7 @@ impl<R: Real> Margins<R> {
                 self.meet_obstacles((at, clusters), number, around);
             }
         }
-        for row in last.iter().filter(|row| row.push != R::ZERO && !row.is_of_obstacle()) {
+        for row in last.iter().filter(|row| row.push != R::ZERO && row.is_of_features()) {
             let [own, other] = vertices_of(at.shells, row.key)
                 .map(|vertex| clusters.of_vertex[vertex as usize] as usize);
             let both = self.free[own].with(self.free[other]);
@@ -92,7 +92,7 @@ impl<R: Real> Margins<R> {
 }
 
 /// The first vertex of each feature of a row.
-fn vertices_of(shells: &Shells, key: u64) -> [u32; 2] {
+pub(super) fn vertices_of(shells: &Shells, key: u64) -> [u32; 2] {
     let [a, b] = features(key);
     let edge = |edge: u32| shells.edges[edge as usize].ends[0];
     match key >> 62 {

@@ -25,6 +25,7 @@ mod margins;
 mod lists;
 mod patch;
 mod glance;
+mod overlaps;
 mod find;
 mod sweep;
 mod rows;

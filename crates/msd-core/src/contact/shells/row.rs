@@ -25,7 +25,8 @@ pub(super) struct ContactRow<R: Real> {
     /// The distance at which it stops them, and by how much they are farther apart, metres.
     pub(super) stop: R,
     pub(super) gap: R,
-    /// Velocity of the second side where that is an obstacle, metres per second.
+    /// Velocity of the second side where that is an obstacle, or at which both sides of an overlap
+    /// part, metres per second.
     pub(super) carried: R::Vec3,
     /// The mass that both sides have along the normal, kilograms.
     pub(super) mass: R,
@@ -63,6 +64,9 @@ pub(super) const EDGES: u64 = 3;
 /// What marks a row of a vertex and an obstacle among those of edges.
 pub(super) const OBSTACLE: u64 = 1 << 61;
 
+/// What marks a row of a vertex that is inside another shell among those of edges.
+pub(super) const OVERLAP: u64 = 1 << 60;
+
 /// The bits of the number of a feature in a key.
 const MOST_FEATURES: u64 = (1 << 30) - 1;
 
@@ -78,6 +82,22 @@ pub(super) fn features(key: u64) -> [u32; 2] {
 impl<R: Real> ContactRow<R> {
     pub(super) fn is_of_obstacle(&self) -> bool {
         EDGES << 62 | OBSTACLE <= self.key
+    }
+
+    /// Whether it is of a vertex that is inside another shell.
+    pub(super) fn is_of_overlap(&self) -> bool {
+        !self.is_of_features() && !self.is_of_obstacle()
+    }
+
+    /// The shells of such a row: that of the vertex, and the other.
+    pub(super) fn overlapping(&self, shells: &Shells) -> [usize; 2] {
+        let [vertex, solid] = features(self.key);
+        [shells.shell_of(vertex), solid as usize]
+    }
+
+    /// Whether it is between two features that are nearest to each other.
+    pub(super) fn is_of_features(&self) -> bool {
+        self.key < EDGES << 62 | OVERLAP
     }
 
     /// A vector of one side as seen from the other.

@@ -4,6 +4,7 @@ use super::features::At;
 use super::find::Finder;
 use super::lists::Candidates;
 use super::margins::Margins;
+use super::overlaps::Overlaps;
 use super::passage::{ShellPassage, Through};
 use super::patch::{Patch, gather, scatter};
 use super::row::{ContactRow, InSolve, RowImpulse, add_shares};
@@ -33,6 +34,7 @@ pub(crate) struct ShellRows<R: Real> {
     keys: Vec<u64>,
     near: Vec<(u64, usize)>,
     are_held: Vec<bool>,
+    overlaps: Overlaps<R>,
     /// The rows that were seen whose sides have gone through each other.
     through: Through,
 }
@@ -53,7 +55,8 @@ impl<R: Real> ShellRows<R> {
     /// Overwrites `impulses` with those from which the next substep starts.
     pub(crate) fn keep(&self, impulses: &mut Vec<RowImpulse>) {
         impulses.clear();
-        let given = self.rows.iter().filter(|row| row.push != R::ZERO);
+        let stays = |row: &&ContactRow<R>| row.push != R::ZERO || row.is_of_overlap();
+        let given = self.rows.iter().filter(stays);
         let impulse = |row: &ContactRow<R>| RowImpulse {
             key: row.key,
             push: row.push.to_f64(),
@@ -145,7 +148,14 @@ impl<R: Real> ShellRows<R> {
         let most = R::of(MOST_MARGIN * shells.reach());
         let is_fast = most < margin;
         let margin = margin.min(most);
-        if self.lists.are_apart(at, positions, (margin_of(free), margin)) {
+        let from = self.last.partition_point(ContactRow::is_of_features);
+        let to = self.last.partition_point(|row| !row.is_of_obstacle());
+        let inside = from..to;
+        let margins = match inside.is_empty() {
+            true => (margin_of(free), margin),
+            false => (R::LARGEST, R::LARGEST),
+        };
+        if self.lists.are_apart(at, positions, margins) {
             return is_fast;
         }
         let columns = [positions, velocities, forces];
@@ -154,6 +164,9 @@ impl<R: Real> ShellRows<R> {
         self.margins.set((at, clusters), columns, times, (&self.last, margin));
         let margins = (&self.margins, margin);
         let are_all = self.lists.serve(at.level, shells, positions, margins);
+        let of_pairs = self.last[inside.clone()]
+            .chunk_by(|a, b| a.overlapping(shells) == b.overlapping(shells));
+        of_pairs.for_each(|rows| self.lists.mark_all(shells, rows[0].overlapping(shells)));
         if !self.lists.vertices.is_empty() {
             self.patch.fit(shells);
             self.read_points(at, positions);
@@ -162,9 +175,11 @@ impl<R: Real> ShellRows<R> {
             found.keys = core::mem::take(&mut self.keys);
             found.near = core::mem::take(&mut self.near);
             found.are_held = core::mem::take(&mut self.are_held);
-            found.find(&mut self.lists);
+            found.overlaps = core::mem::take(&mut self.overlaps);
+            found.find(&mut self.lists, &self.last[inside]);
             (self.rows, self.keys) = (found.rows, found.keys);
             (self.near, self.are_held) = (found.near, found.are_held);
+            self.overlaps = found.overlaps;
             self.warm(at);
         }
         is_fast || !are_all
@@ -352,7 +367,7 @@ impl<R: Real> ShellRows<R> {
     /// Lets the rows that have given an impulse follow their features to where these are now.
     fn follow(&mut self, at: &At<'_, R>) {
         let finder = Finder::new(at, &self.patch, R::LARGEST.sqrt() * R::HALF);
-        let acts = |row: &&mut ContactRow<R>| !row.is_of_obstacle() && row.push != R::ZERO;
+        let acts = |row: &&mut ContactRow<R>| row.is_of_features() && row.push != R::ZERO;
         for row in self.rows.iter_mut().filter(acts) {
             let before = row.normal;
             finder.follow(row);

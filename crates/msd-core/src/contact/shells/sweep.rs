@@ -5,7 +5,7 @@ use crate::contact::Contacts;
 use crate::number::{Real, Vector};
 
 /// How long it takes to undo an overlap, seconds: by as much as is left of it in each such time.
-const UNDOING: f64 = 0.05;
+pub(super) const UNDOING: f64 = 0.05;
 
 /// Adds a part of the impulses that are not booked yet to velocities, or to positions by the time
 /// that they act.
@@ -114,7 +114,7 @@ pub(super) fn part<R: Real>(
     let mut moves = false;
     let fraction = (h * R::of(1.0 / UNDOING)).min(R::ONE);
     let allowed = |row: &ContactRow<R>| -row.stop * R::of(SLOP);
-    for row in rows.iter().filter(|row| !row.is_of_obstacle() && row.gap < allowed(row)) {
+    for row in rows.iter().filter(|row| row.is_of_features() && row.gap < allowed(row)) {
         let way = row.relative(points).dot(row.normal) - row.stop - row.gap;
         let missing = (allowed(row) - row.gap) * fraction - way;
         if R::ZERO < missing {

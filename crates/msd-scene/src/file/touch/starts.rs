@@ -163,8 +163,11 @@ struct Overlap {
 /// The line on a body of which particles overlap another one, and on what contact does then.
 fn overlapping([inner, outer]: [&Outside<'_>; 2], found: &[Overlap]) -> String {
     let deepest = found.iter().map(|overlap| overlap.depth).fold(0.0, f64::max);
-    let (verb, outcome) = if found.iter().any(|overlap| overlap.is_inside) {
+    let inside = found.iter().filter(|overlap| overlap.is_inside).count();
+    let (verb, outcome) = if inside == inner.particles.len() {
         ("starts inside", "stays inside: move one of the two bodies")
+    } else if 0 < inside {
+        ("starts inside", "is pushed out slowly")
     } else if found.iter().any(|overlap| overlap.is_at_one_point) {
         ("overlaps", "stays where two particles are at one point: move one of the two bodies")
     } else if inner.has_triangles || outer.has_triangles {

@@ -1,0 +1,284 @@
+//! Bodies that cross at the start: what is inside a closed one is pushed out of it.
+//!
+//! Ordinary rows keep features on the sides on which they are, and so would keep a particle inside.
+//! Two shells that cross at the start have other rows until they are apart: one for each particle
+//! that starts inside, with the face straight ahead of it. Both sides part at a bounded speed: by
+//! the distance at which they stop each other in each `UNDOING`. All rows of the two have one
+//! direction, which keeps the shape of what is pushed out. Towards the nearest face each, particles
+//! beside an edge would leave on different sides of it. The work of the rows counts as work of
+//! solids.
+
+use super::clusters::Clusters;
+use super::features::At;
+use super::find::{Finder, Sides};
+use super::lists::NOISE;
+use super::row::{ContactRow, EDGES, OVERLAP, SLOP, features};
+use super::rows::ShellRows;
+use super::sweep::UNDOING;
+use crate::columns::extent::Extent;
+use crate::number::{Real, Vector};
+use crate::triangle::{Nearest, nearest};
+use alloc::vec::Vec;
+use core::cmp::Ordering;
+
+/// The most particles of a shell that are pushed out of another one, spread over all inside: each
+/// looks at many faces.
+const MOST: usize = 256;
+/// How far outside of a face a line still meets it, as a part of the face: no gap between faces.
+const BESIDE: f64 = 0.05;
+/// A direction in which no edges of lattices lie.
+const ASKEW: [f64; 3] = [0.5291, 0.7127, 0.4607];
+
+/// The clusters of a shell, and the balls around them: where they are, and their radii squared.
+type Balls<R> = Vec<(u32, <R as Real>::Vec3, R)>;
+
+/// Which shells are not out of each other yet.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Overlaps<R: Real> {
+    pairs: Vec<[usize; 2]>,
+    balls: Balls<R>,
+}
+
+impl<R: Real> Overlaps<R> {
+    /// Whether two shells are among them.
+    pub(super) fn contains(&self, [a, b]: [usize; 2]) -> bool {
+        self.pairs.contains(&[a.min(b), a.max(b)])
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.pairs.is_empty()
+    }
+}
+
+impl<R: Real> ShellRows<R> {
+    /// Lets the particles be pushed out that start inside another shell; none of two that springs
+    /// join, whose author has put them there. The springs are given by their ends.
+    pub(crate) fn start(
+        &mut self,
+        at: &At<'_, R>,
+        positions: &[R],
+        springs: impl Iterator<Item = [usize; 2]>,
+    ) {
+        let shells = at.shells;
+        if !shells.do_meet() {
+            return;
+        }
+        let count = shells.rows().len();
+        let are_closed: Vec<bool> = (0..count).map(|shell| shells.is_closed(shell)).collect();
+        let extents: Vec<Extent<R>> = (0..count)
+            .map(|shell| {
+                Extent::around(shells.vertices_of(shell).map(|v| shells.point(positions, v)))
+            })
+            .collect();
+        let cross = |&[a, b]: &[usize; 2]| {
+            (are_closed[a] || are_closed[b])
+                && extents[a].is_near(extents[b], R::ZERO)
+                && shells.do_shells_meet([a, b])
+        };
+        let pairs = (0..count).flat_map(|last| (0..last).map(move |first| [first, last]));
+        let mut pairs: Vec<[usize; 2]> = pairs.filter(cross).collect();
+        if pairs.is_empty() {
+            return;
+        }
+        let of = shells.by_particle();
+        for [a, b] in springs.map(|ends| ends.map(|end| of.get(&end).copied())) {
+            if a != b {
+                pairs.retain(|&[first, last]| {
+                    ![[a, b], [b, a]].contains(&[Some(first), Some(last)])
+                });
+            }
+        }
+        let clusters = Clusters::new(shells);
+        self.patch.fit(shells);
+        for vertex in 0..shells.vertices.len() as u32 {
+            self.patch.points[vertex as usize] = shells.point(positions, vertex);
+        }
+        let finder = Finder::new(at, &self.patch, R::ZERO);
+        for pair in pairs {
+            self.rows.extend(finder.crossing(&clusters, pair, &are_closed));
+        }
+        self.rows.sort_unstable_by_key(|row| row.key);
+    }
+}
+
+impl<R: Real> Finder<'_, R> {
+    /// The rows of two shells that cross, each with its key and its direction; none where they do
+    /// not.
+    fn crossing(
+        &self,
+        clusters: &Clusters,
+        [a, b]: [usize; 2],
+        are_closed: &[bool],
+    ) -> Vec<ContactRow<R>> {
+        let shells = self.at.shells;
+        let inside = [[a, b], [b, a]].map(|[own, solid]| {
+            let mut all: Vec<u32> = Vec::new();
+            if are_closed[solid] {
+                let mut balls = Vec::new();
+                self.set_balls(clusters, solid, &mut balls);
+                all.extend(
+                    shells.vertices_of(own).filter(|&v| self.is_inside(clusters, &balls, v)),
+                );
+            }
+            let step = all.len().div_ceil(MOST).max(1);
+            let is_part = !all.is_empty() && all.len() < shells.vertices_of(own).len();
+            (is_part, all.into_iter().step_by(step).collect::<Vec<u32>>())
+        });
+        if !inside.iter().any(|(is_part, _)| *is_part) {
+            return Vec::new();
+        }
+        let [ways, back] = [(&inside[0].1, b), (&inside[1].1, a)].map(|(vertices, solid)| {
+            vertices.iter().fold(R::Vec3::ZERO, |sum, &vertex| sum + self.way_out(vertex, solid))
+        });
+        let middle = |shell: usize| {
+            let points = shells.vertices_of(shell).map(|vertex| self.point(vertex));
+            Extent::<R>::around(points).middle()
+        };
+        let ways = [ways - back, middle(a) - middle(b)];
+        let Some(out) = ways.into_iter().find(|way| R::SHORTEST_SQUARED < way.dot(*way)) else {
+            return Vec::new();
+        };
+        let out = out * (R::ONE / out.dot(out).sqrt());
+        let sides = inside.iter().zip([(out, b), (-out, a)]);
+        let row = |vertex: u32, (normal, solid): (R::Vec3, usize)| ContactRow {
+            key: EDGES << 62 | OVERLAP | u64::from(vertex) << 30 | solid as u64,
+            normal,
+            ..ContactRow::default()
+        };
+        sides
+            .flat_map(|((_, few), side)| few.iter().map(move |&vertex| row(vertex, side)))
+            .collect()
+    }
+
+    /// Adds the rows of what was inside in the substep before; two shells of which all of that is half
+    /// as far outside as they stop each other have none any more.
+    pub(super) fn add_overlaps(&mut self, clusters: &Clusters, before: &[ContactRow<R>]) {
+        let shells = self.at.shells;
+        let mut overlaps = core::mem::take(&mut self.overlaps);
+        overlaps.pairs.clear();
+        let mut looked_at = None;
+        for row in before {
+            let [_, solid] = features(row.key);
+            if looked_at != Some(solid) {
+                self.set_balls(clusters, solid as usize, &mut overlaps.balls);
+                looked_at = Some(solid);
+            }
+            let Some(row) = self.ahead(clusters, &overlaps.balls, row) else { continue };
+            if row.gap < -row.stop * R::HALF && !overlaps.contains(row.overlapping(shells)) {
+                let [a, b] = row.overlapping(shells);
+                overlaps.pairs.push([a.min(b), a.max(b)]);
+            }
+            self.rows.push(row);
+        }
+        self.rows.retain(|row| overlaps.contains(row.overlapping(shells)));
+        self.overlaps = overlaps;
+    }
+
+    /// The row of a vertex and the face through which it leaves the other shell, or has left it, in
+    /// the direction that it has; none where it meets none any more, or nothing moves either.
+    fn ahead(
+        &self,
+        clusters: &Clusters,
+        balls: &Balls<R>,
+        before: &ContactRow<R>,
+    ) -> Option<ContactRow<R>> {
+        let shells = self.at.shells;
+        let (key, normal) = (before.key, before.normal);
+        let [vertex, _] = features(key);
+        let mut found: Option<(u32, R, [R; 3])> = None;
+        let line = (self.point(vertex), normal);
+        self.visit((clusters, balls), line, R::of(BESIDE), |face, way, facing, weights| {
+            if R::ZERO < facing && found.is_none_or(|(_, known, _)| way.abs() < known.abs()) {
+                found = Some((face, way, weights));
+            }
+        });
+        let (face, way, weights) = found?;
+        let corners = shells.faces[face as usize].corners;
+        let Sides { vertices, weights } = Sides::of_face(vertex, corners, weights);
+        let stop = shells.stop_of::<R>(vertex, corners[0]);
+        let [friction, _] = shells.law_of(vertex, corners[0]);
+        let gap = -way - stop;
+        let deep = (-gap - stop * R::of(SLOP)).max(R::ZERO).min(stop);
+        let carried = normal * (deep * R::of(1.0 / UNDOING));
+        let row = ContactRow {
+            key,
+            vertices,
+            weights,
+            normal,
+            stop,
+            gap,
+            carried,
+            friction,
+            ..ContactRow::default()
+        };
+        Some(ContactRow { mass: self.mass(&row)?, ..row })
+    }
+
+    /// Whether a vertex is inside the shell of some clusters, or on it: more faces ahead of it lead
+    /// out than in.
+    fn is_inside(&self, clusters: &Clusters, balls: &Balls<R>, vertex: u32) -> bool {
+        let mut leaves = 0;
+        let askew = R::Vec3::from_components(ASKEW.map(R::of));
+        let line = (self.point(vertex), askew);
+        let noise = R::of(self.at.shells.reach() * NOISE);
+        self.visit((clusters, balls), line, R::ZERO, |_, way, facing, _| {
+            if R::ZERO < facing {
+                leaves += i32::from(-noise < way);
+            } else {
+                leaves -= i32::from(noise < way);
+            }
+        });
+        0 < leaves
+    }
+
+    /// The way from a vertex to the nearest point of a shell.
+    fn way_out(&self, vertex: u32, solid: usize) -> R::Vec3 {
+        let shells = self.at.shells;
+        let here = self.point(vertex);
+        let each = shells.faces_of(solid).map(|face| (face, nearest::<R>(self.seen(face, here))));
+        let nearer = |(_, a): &(u32, Nearest<R>), (_, b): &(u32, Nearest<R>)| {
+            a.square.partial_cmp(&b.square).unwrap_or(Ordering::Equal)
+        };
+        let Some((face, found)) = each.min_by(nearer) else { return R::Vec3::ZERO };
+        let corners = self.seen(face, here).into_iter().zip(found.weights);
+        corners.fold(R::Vec3::ZERO, |sum, (corner, weight)| sum + corner * weight)
+    }
+
+    fn set_balls(&self, clusters: &Clusters, shell: usize, balls: &mut Balls<R>) {
+        balls.clear();
+        for (number, cluster) in (0..).zip(&clusters.rows) {
+            if self.at.shells.shell_of(cluster.vertices[0]) == shell {
+                let around = Extent::<R>::around(cluster.corners.iter().map(|&v| self.point(v)));
+                balls.push((number, around.middle(), around.diagonal() * R::of(0.25)));
+            }
+        }
+    }
+
+    /// Visits the faces of some clusters that a line through a point meets, or nearly: with the way
+    /// to each along it, how far the face leads out, and the weights of its corners.
+    fn visit(
+        &self,
+        (clusters, balls): (&Clusters, &Balls<R>),
+        (here, along): (R::Vec3, R::Vec3),
+        beside: R,
+        mut visit: impl FnMut(u32, R, R, [R; 3]),
+    ) {
+        let square = along.dot(along);
+        for &(cluster, middle, radius) in balls {
+            let to = middle - here;
+            let ahead = to.dot(along);
+            if radius * R::of(1.01) < to.dot(to) - ahead * ahead / square {
+                continue;
+            }
+            for &face in &clusters.rows[cluster as usize].faces {
+                let [a, b, c] = self.seen(face, here);
+                let normal = (b - a).cross(c - a);
+                let facing = normal.dot(along);
+                let weights = [b.cross(c), c.cross(a), a.cross(b)].map(|w| w.dot(along) / facing);
+                if weights.iter().all(|&weight| -beside <= weight) {
+                    visit(face, a.dot(normal) / facing, facing, weights);
+                }
+            }
+        }
+    }
+}
