@@ -1,11 +1,9 @@
 //! Rows of the features that are nearest to each other.
 
-use super::distance::between_edges;
+use super::distance::{between_edges, squares};
 use super::features::{At, Edge, NONE};
-use super::glance::squares;
 use super::lists::{Candidates, ClusterPair, ListedPair, NOISE};
 use super::margins::vertices_of;
-use super::overlaps::Overlaps;
 use super::patch::Patch;
 use super::row::{ContactRow, EDGE, EDGES, FACE, OBSTACLE, SLOP, VERTEX, features, key};
 use crate::columns::LANES;
@@ -26,21 +24,27 @@ pub(super) struct Finder<'a, R: Real> {
     pub(super) near: Vec<(u64, usize)>,
     /// Whether each vertex is in a row.
     pub(super) are_held: Vec<bool>,
-    /// The shells that have no ordinary rows with each other.
-    pub(super) overlaps: Overlaps<R>,
+    /// The pairs of shells that have other rows than those of features.
+    pub(super) overlapping: Vec<[usize; 2]>,
 }
 
 impl<'a, R: Real> Finder<'a, R> {
     pub(super) fn new(at: &'a At<'a, R>, patch: &'a Patch<R>, margin: R) -> Self {
-        let (rows, keys, near, are_held) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let overlaps = Overlaps::default();
-        Finder { at, patch, margin, rows, keys, near, are_held, overlaps }
+        Finder {
+            at,
+            patch,
+            margin,
+            rows: Vec::new(),
+            keys: Vec::new(),
+            near: Vec::new(),
+            are_held: Vec::new(),
+            overlapping: Vec::new(),
+        }
     }
 
-    /// Finds the rows of features that may be near each other, of what was inside other shells
-    /// before, and of obstacles, in the order of their keys.
-    pub(super) fn find(&mut self, lists: &mut Candidates<R>, inside: &[ContactRow<R>]) {
-        self.add_overlaps(&lists.clusters, inside);
+    /// Finds the rows of features that may be near each other and of obstacles, in the order of
+    /// their keys with those that it has.
+    pub(super) fn find(&mut self, lists: &mut Candidates<R>) {
         self.keys.clear();
         let most_margin = self.margin;
         for &number in &lists.due {
@@ -122,11 +126,16 @@ impl<'a, R: Real> Finder<'a, R> {
         self.rows = rows;
     }
 
+    /// Whether two shells have other rows than those of features.
+    pub(super) fn is_overlapping(&self, [a, b]: [usize; 2]) -> bool {
+        self.overlapping.contains(&[a.min(b), a.max(b)])
+    }
+
     /// Whether features are exempt from meeting each other.
     fn is_exempt(&self, key: u64) -> bool {
         let shells = self.at.shells;
         let pair = || vertices_of(shells, key).map(|vertex| shells.shell_of(vertex));
-        if !self.overlaps.is_empty() && self.overlaps.contains(pair()) {
+        if !self.overlapping.is_empty() && self.is_overlapping(pair()) {
             return true;
         }
         let [a, b] = features(key);

@@ -18,16 +18,15 @@
 
 mod features;
 mod clusters;
-mod distance;
 mod row;
+mod distance;
 mod passage;
 mod margins;
 mod lists;
 mod patch;
-mod glance;
-mod overlaps;
 mod find;
 mod sweep;
+mod overlaps;
 mod rows;
 mod solve;
 

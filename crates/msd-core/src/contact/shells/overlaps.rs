@@ -9,11 +9,9 @@
 //! solids.
 
 use super::clusters::Clusters;
-use super::features::At;
 use super::find::{Finder, Sides};
 use super::lists::NOISE;
 use super::row::{ContactRow, EDGES, OVERLAP, SLOP, features};
-use super::rows::ShellRows;
 use super::sweep::UNDOING;
 use crate::columns::extent::Extent;
 use crate::number::{Real, Vector};
@@ -30,81 +28,12 @@ const BESIDE: f64 = 0.05;
 const ASKEW: [f64; 3] = [0.5291, 0.7127, 0.4607];
 
 /// The clusters of a shell, and the balls around them: where they are, and their radii squared.
-type Balls<R> = Vec<(u32, <R as Real>::Vec3, R)>;
-
-/// Which shells are not out of each other yet.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Overlaps<R: Real> {
-    pairs: Vec<[usize; 2]>,
-    balls: Balls<R>,
-}
-
-impl<R: Real> Overlaps<R> {
-    /// Whether two shells are among them.
-    pub(super) fn contains(&self, [a, b]: [usize; 2]) -> bool {
-        self.pairs.contains(&[a.min(b), a.max(b)])
-    }
-
-    pub(super) fn is_empty(&self) -> bool {
-        self.pairs.is_empty()
-    }
-}
-
-impl<R: Real> ShellRows<R> {
-    /// Lets the particles be pushed out that start inside another shell; none of two that springs
-    /// join, whose author has put them there. The springs are given by their ends.
-    pub(crate) fn start(
-        &mut self,
-        at: &At<'_, R>,
-        positions: &[R],
-        springs: impl Iterator<Item = [usize; 2]>,
-    ) {
-        let shells = at.shells;
-        if !shells.do_meet() {
-            return;
-        }
-        let count = shells.rows().len();
-        let are_closed: Vec<bool> = (0..count).map(|shell| shells.is_closed(shell)).collect();
-        let extents: Vec<Extent<R>> = (0..count)
-            .map(|shell| {
-                Extent::around(shells.vertices_of(shell).map(|v| shells.point(positions, v)))
-            })
-            .collect();
-        let cross = |&[a, b]: &[usize; 2]| {
-            (are_closed[a] || are_closed[b])
-                && extents[a].is_near(extents[b], R::ZERO)
-                && shells.do_shells_meet([a, b])
-        };
-        let pairs = (0..count).flat_map(|last| (0..last).map(move |first| [first, last]));
-        let mut pairs: Vec<[usize; 2]> = pairs.filter(cross).collect();
-        if pairs.is_empty() {
-            return;
-        }
-        let of = shells.by_particle();
-        for [a, b] in springs.map(|ends| ends.map(|end| of.get(&end).copied())) {
-            if a != b {
-                pairs.retain(|&[first, last]| {
-                    ![[a, b], [b, a]].contains(&[Some(first), Some(last)])
-                });
-            }
-        }
-        let clusters = Clusters::new(shells);
-        self.patch.fit(shells);
-        for vertex in 0..shells.vertices.len() as u32 {
-            self.patch.points[vertex as usize] = shells.point(positions, vertex);
-        }
-        let finder = Finder::new(at, &self.patch, R::ZERO);
-        for pair in pairs {
-            self.rows.extend(finder.crossing(&clusters, pair, &are_closed));
-        }
-        self.rows.sort_unstable_by_key(|row| row.key);
-    }
-}
+pub(super) type Balls<R> = Vec<(u32, <R as Real>::Vec3, R)>;
 
 impl<R: Real> Finder<'_, R> {
     /// The rows of two shells that cross, each with its key and its direction; none where they do
     /// not.
-    fn crossing(
+    pub(super) fn crossing(
         &self,
         clusters: &Clusters,
         [a, b]: [usize; 2],
@@ -152,26 +81,31 @@ impl<R: Real> Finder<'_, R> {
 
     /// Adds the rows of what was inside in the substep before; two shells of which all of that is half
     /// as far outside as they stop each other have none any more.
-    pub(super) fn add_overlaps(&mut self, clusters: &Clusters, before: &[ContactRow<R>]) {
+    pub(super) fn add_overlaps(
+        &mut self,
+        clusters: &Clusters,
+        before: &[ContactRow<R>],
+        balls: &mut Balls<R>,
+    ) {
         let shells = self.at.shells;
-        let mut overlaps = core::mem::take(&mut self.overlaps);
-        overlaps.pairs.clear();
+        self.overlapping.clear();
         let mut looked_at = None;
         for row in before {
             let [_, solid] = features(row.key);
             if looked_at != Some(solid) {
-                self.set_balls(clusters, solid as usize, &mut overlaps.balls);
+                self.set_balls(clusters, solid as usize, balls);
                 looked_at = Some(solid);
             }
-            let Some(row) = self.ahead(clusters, &overlaps.balls, row) else { continue };
-            if row.gap < -row.stop * R::HALF && !overlaps.contains(row.overlapping(shells)) {
+            let Some(row) = self.ahead(clusters, balls, row) else { continue };
+            if row.gap < -row.stop * R::HALF && !self.is_overlapping(row.overlapping(shells)) {
                 let [a, b] = row.overlapping(shells);
-                overlaps.pairs.push([a.min(b), a.max(b)]);
+                self.overlapping.push([a.min(b), a.max(b)]);
             }
             self.rows.push(row);
         }
-        self.rows.retain(|row| overlaps.contains(row.overlapping(shells)));
-        self.overlaps = overlaps;
+        let mut rows = core::mem::take(&mut self.rows);
+        rows.retain(|row| self.is_overlapping(row.overlapping(shells)));
+        self.rows = rows;
     }
 
     /// The row of a vertex and the face through which it leaves the other shell, or has left it, in

@@ -1,10 +1,11 @@
 //! The rows of a model, and the moments at which methods use them.
 
+use super::clusters::Clusters;
 use super::features::At;
 use super::find::Finder;
 use super::lists::Candidates;
 use super::margins::Margins;
-use super::overlaps::Overlaps;
+use super::overlaps::Balls;
 use super::passage::{ShellPassage, Through};
 use super::patch::{Patch, gather, scatter};
 use super::row::{ContactRow, InSolve, RowImpulse, add_shares};
@@ -34,12 +35,62 @@ pub(crate) struct ShellRows<R: Real> {
     keys: Vec<u64>,
     near: Vec<(u64, usize)>,
     are_held: Vec<bool>,
-    overlaps: Overlaps<R>,
+    overlapping: Vec<[usize; 2]>,
+    balls: Balls<R>,
     /// The rows that were seen whose sides have gone through each other.
     through: Through,
 }
 
 impl<R: Real> ShellRows<R> {
+    /// Lets the particles be pushed out that start inside another shell; none of two that springs
+    /// join, whose author has put them there. The springs are given by their ends.
+    pub(crate) fn start(
+        &mut self,
+        at: &At<'_, R>,
+        positions: &[R],
+        springs: impl Iterator<Item = [usize; 2]>,
+    ) {
+        let shells = at.shells;
+        if !shells.do_meet() {
+            return;
+        }
+        let count = shells.rows().len();
+        let are_closed: Vec<bool> = (0..count).map(|shell| shells.is_closed(shell)).collect();
+        let extents: Vec<Extent<R>> = (0..count)
+            .map(|shell| {
+                Extent::around(shells.vertices_of(shell).map(|v| shells.point(positions, v)))
+            })
+            .collect();
+        let cross = |&[a, b]: &[usize; 2]| {
+            (are_closed[a] || are_closed[b])
+                && extents[a].is_near(extents[b], R::ZERO)
+                && shells.do_shells_meet([a, b])
+        };
+        let pairs = (0..count).flat_map(|last| (0..last).map(move |first| [first, last]));
+        let mut pairs: Vec<[usize; 2]> = pairs.filter(cross).collect();
+        if pairs.is_empty() {
+            return;
+        }
+        let of = shells.by_particle();
+        for [a, b] in springs.map(|ends| ends.map(|end| of.get(&end).copied())) {
+            if a != b {
+                pairs.retain(|&[first, last]| {
+                    ![[a, b], [b, a]].contains(&[Some(first), Some(last)])
+                });
+            }
+        }
+        let clusters = Clusters::new(shells);
+        self.patch.fit(shells);
+        for vertex in 0..shells.vertices.len() as u32 {
+            self.patch.points[vertex as usize] = shells.point(positions, vertex);
+        }
+        let finder = Finder::new(at, &self.patch, R::ZERO);
+        for pair in pairs {
+            self.rows.extend(finder.crossing(&clusters, pair, &are_closed));
+        }
+        self.rows.sort_unstable_by_key(|row| row.key);
+    }
+
     /// Discards the lists: features are other ones.
     pub(crate) fn forget(&mut self) {
         self.lists.forget();
@@ -175,11 +226,12 @@ impl<R: Real> ShellRows<R> {
             found.keys = core::mem::take(&mut self.keys);
             found.near = core::mem::take(&mut self.near);
             found.are_held = core::mem::take(&mut self.are_held);
-            found.overlaps = core::mem::take(&mut self.overlaps);
-            found.find(&mut self.lists, &self.last[inside]);
+            found.overlapping = core::mem::take(&mut self.overlapping);
+            found.add_overlaps(&self.lists.clusters, &self.last[inside], &mut self.balls);
+            found.find(&mut self.lists);
             (self.rows, self.keys) = (found.rows, found.keys);
             (self.near, self.are_held) = (found.near, found.are_held);
-            self.overlaps = found.overlaps;
+            self.overlapping = found.overlapping;
             self.warm(at);
         }
         is_fast || !are_all
