@@ -79,8 +79,8 @@ impl<R: Real> Finder<'_, R> {
             .collect()
     }
 
-    /// Adds the rows of what was inside in the substep before; two shells of which all of that is half
-    /// as far outside as they stop each other have none any more.
+    /// Adds the rows of what was inside in the substep before. Two shells have none any more once
+    /// all of that is outside by half of the distance at which they stop each other.
     pub(super) fn add_overlaps(
         &mut self,
         clusters: &Clusters,
@@ -173,7 +173,9 @@ impl<R: Real> Finder<'_, R> {
         let nearer = |(_, a): &(u32, Nearest<R>), (_, b): &(u32, Nearest<R>)| {
             a.square.partial_cmp(&b.square).unwrap_or(Ordering::Equal)
         };
-        let Some((face, found)) = each.min_by(nearer) else { return R::Vec3::ZERO };
+        let Some((face, found)) = each.min_by(nearer) else {
+            return R::Vec3::ZERO;
+        };
         let corners = self.seen(face, here).into_iter().zip(found.weights);
         corners.fold(R::Vec3::ZERO, |sum, (corner, weight)| sum + corner * weight)
     }
