@@ -101,13 +101,6 @@ impl<R: Real> Simulation<R> {
         Ok(simulation)
     }
 
-    /// Lets shells that cross each other be pushed apart.
-    pub(crate) fn start_shells(&mut self) {
-        let springs = self.model.springs.present().map(|(_, ends)| ends);
-        let at = self.model.shells_at(self.level, self.time());
-        self.rows.start(&at, &self.state.positions, springs);
-    }
-
     fn from_parts(
         mut model: Model<R>,
         state: &State<R>,

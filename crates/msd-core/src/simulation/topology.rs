@@ -122,6 +122,13 @@ impl<R: Real> Simulation<R> {
         Ok(())
     }
 
+    /// Lets shells that cross each other be pushed apart.
+    pub(super) fn start_shells(&mut self) {
+        let springs = self.model.springs.present().map(|(_, ends)| ends);
+        let at = self.model.shells_at(self.level, self.time());
+        self.rows.start(&at, &self.state.positions, springs);
+    }
+
     fn take_out(&mut self, particles: core::ops::Range<usize>) {
         self.model.remove_particles(particles.clone());
         for particle in particles {
