@@ -16,6 +16,7 @@ pub fn advise(start: &Runner, frame: f64, stable: f64, lasting: f64) -> String {
     let clock = Instant::now();
     let mut rescue = Rescue::new(start.settings(), stable, (&[Origin::Start], u32::MAX), lasting);
     rescue.work(&|_| Some(start.clone()), BUDGET, &|| clock.elapsed().as_secs_f64());
+    rescue.end();
     let frames = frame / start.settings().step;
     let substeps = start.settings().substeps;
     let options = rescue.offers().iter().filter_map(|offer| option(offer, substeps, frames));
