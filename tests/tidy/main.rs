@@ -3,8 +3,10 @@
 mod names;
 mod order;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// Every folder that has source files.
 const FOLDERS: [&str; 9] =
@@ -129,6 +131,56 @@ fn only_the_app_names_a_window_and_the_renderer_never_names_a_system() {
                 "{} sees the system",
                 file.display()
             );
+        }
+    }
+}
+
+/// How many packages a package is made of, with itself, on Linux.
+fn packages(options: &str) -> usize {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let tree = "tree --locked -e normal,build --prefix none \
+                --target x86_64-unknown-linux-gnu";
+    let arguments = tree.split_whitespace().chain(options.split_whitespace());
+    let output = Command::new(cargo).args(arguments).current_dir(root()).output();
+    let output = output.expect("cargo is there");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).expect("names");
+    let first_two = |line: &str| line.split(' ').take(2).map(str::to_owned).collect::<Vec<_>>();
+    text.lines().map(first_two).collect::<BTreeSet<_>>().len()
+}
+
+#[test]
+fn the_pages_say_how_many_packages_there_are() {
+    let [core, facade, render, line, window, heard] = [
+        "-p msd-core",
+        "-p msd",
+        "-p msd --features render",
+        "-p msd-app --no-default-features",
+        "-p msd-app",
+        "-p msd-app --features accessibility",
+    ]
+    .map(packages);
+    for (page, sentences) in [
+        (
+            "README.md",
+            [
+                format!("The core is {core} packages with itself"),
+                format!("studies ({facade} packages: "),
+                format!("`msd::render` ({render})"),
+            ],
+        ),
+        (
+            "ARCHITECTURE.md",
+            [
+                format!("without which it is {facade} packages instead of {render}"),
+                format!("--no-default-features` has {line} packages instead of {window}"),
+                format!("as it is {} packages more", heard - window),
+            ],
+        ),
+    ] {
+        let text = fs::read_to_string(root().join(page)).expect("a page");
+        for sentence in sentences {
+            assert!(text.contains(&sentence), "{page} should say: {sentence}");
         }
     }
 }

@@ -194,6 +194,18 @@ impl Rescue {
         }
     }
 
+    /// Ends the search where it is: what is being tried is offered as predicted, and where nothing
+    /// was tried yet the fewest substeps that are predicted to be stable.
+    pub fn end(&mut self) {
+        let under_way = self.dry.take().map(|dry| dry.offer);
+        let next = self.kinds.iter().flatten().next().filter(|_| self.offers.is_empty());
+        let next = next.filter(|(remedy, _)| matches!(remedy, Remedy::Substeps(_)));
+        let next =
+            next.map(|&(remedy, origin)| Offer { remedy, origin, is_tried: false, cost: None });
+        self.offers.extend(under_way.or(next));
+        self.kinds.clear();
+    }
+
     /// Begins to try the next candidate, if it is predicted to last.
     fn begin(&mut self, copy: &impl Fn(Origin) -> Option<Runner>) {
         let Some(kind) = self.kinds.front_mut() else { return };

@@ -51,9 +51,11 @@ const fn gelatine(name: &'static str, shear: f64, relaxation_time: f64) -> Named
     Named {
         name,
         numbers: Numbers::Uniform { young, poisson, density, relaxation_time },
-        source: "Nguyen and others, Ultrasound in Medicine and Biology 40 (2014) 168",
-        remarks: "shear modulus by shear waves at 3 to 7 % of gelatine in water, as E = 3 G; \
-                  viscosity of 3 % only, 0.60 Pa s; the density is that of water",
+        source: "Nguyen and others, Ultrasound in Medicine and Biology 40 (2014) 168, abstract: \
+                 phantoms without oil",
+        remarks: "shear modulus by shear waves at 3, 4, 5, 6 and 7 % of gelatine in water, 2.01 ± \
+                  0.26, 3.10 ± 0.34, 4.18 ± 0.84, 8.05 ± 1.00 and 10.24 ± 1.80 kPa, as E = 3 G; \
+                  viscosity of 3 % only, 0.60 ± 0.11 Pa s; the density is that of water",
     }
 }
 

@@ -30,13 +30,15 @@
 //! coarsely. A fall by as much, see [`Witness::loss`], is energy that nothing took: a bounce that
 //! returns too little, or the damping that a method such as backward Euler has by design. It counts
 //! where it lasts for a window of samples, wherever that begins, and so does a lasting rise, see
-//! [`Witness::rise`].
+//! [`Witness::rise`]. Methods under which the energy of a mode does not swing, such as RK4, have no
+//! excuse for a change that comes and goes: there four samples are enough.
 //!
 //! The detector sees no gain before the second window, and before the end of the first such a rise
 //! only where it is half of what is in motion.
 
 use super::Simulation;
 use crate::energy::Energy;
+use crate::methods::Integrator;
 use crate::number::Real;
 
 /// Samples in a window.
@@ -44,6 +46,9 @@ const WINDOW: u32 = 16;
 /// Samples before which nothing is judged: what starts at rest has moved for so few substeps that a
 /// method of first order is off by much of its energy.
 const EARLY: u32 = 4;
+/// Samples for which a change of the balance must last where modes do not swing: an impact is
+/// booked within a few.
+const BRIEF: usize = 4;
 /// The part of the kinetic and elastic energy that may come and go with the modes.
 const FRACTION: f64 = 0.1;
 /// The part of what was supplied in all by which it may be booked wrongly, and come back.
@@ -97,6 +102,8 @@ struct Balance {
     /// change in motion.
     recent: [f64; WINDOW as usize],
     count: usize,
+    /// Whether the energy of a mode keeps from swinging, by the method.
+    is_steady: bool,
     /// The largest kinetic energy of this window, joules.
     kinetic: f64,
     /// What rounding can have added since the first sample, joules, where all of it has one sign.
@@ -137,13 +144,24 @@ impl Balance {
 
     /// The rise and the fall that the last samples have in common, joules; one is not positive.
     fn lasting(&self) -> [f64; 2] {
-        if self.count < self.recent.len() {
+        let length = self.recent.len();
+        if self.count < length {
             return [0.0; 2];
         }
-        let lowest = self.recent.into_iter().fold(f64::INFINITY, f64::min);
-        let highest = self.recent.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let last = if self.is_steady { BRIEF } else { length };
+        let last = (self.count - last..self.count).map(|sample| self.recent[sample % length]);
+        let lowest = last.clone().fold(f64::INFINITY, f64::min);
+        let highest = last.fold(f64::NEG_INFINITY, f64::max);
         [lowest, -highest]
     }
+}
+
+/// Whether the method keeps or damps the energy of a mode in each substep, without a swing.
+fn is_steady<R: Real>(simulation: &Simulation<R>) -> bool {
+    use Integrator::{BackwardEuler, DormandPrince, ImplicitMidpoint, Rk4};
+    let integrator = simulation.settings().integrator;
+    simulation.own_method.is_none()
+        && matches!(integrator, Rk4 | DormandPrince | ImplicitMidpoint | BackwardEuler)
 }
 
 /// The samples since the last verdict.
@@ -174,6 +192,7 @@ impl Witness {
             let steps = if self.reference.is_none() { 0 } else { steps };
             let contacts = simulation.contacts();
             self.fed = contacts.added - contacts.taken;
+            self.balance.is_steady = is_steady(simulation);
             self.take(energy, (rounding, substeps * steps as f64));
             self.seen = simulation.steps();
         }
@@ -261,9 +280,9 @@ impl Witness {
         FRACTION * (self.most + (supplied - first))
     }
 
-    /// That change where it is a fall of a window of samples by more than rounding and a tenth of
-    /// the most kinetic and elastic energy so far, joules, as a positive number: energy that
-    /// nothing took by any account. Else 0.
+    /// That change where it is a fall that lasts, by more than rounding and a tenth of the most
+    /// kinetic and elastic energy so far, joules, as a positive number: energy that nothing took by
+    /// any account. Else 0.
     pub fn loss(&self) -> f64 {
         self.loss
     }

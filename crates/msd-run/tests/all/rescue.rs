@@ -88,6 +88,24 @@ fn a_trial_that_takes_too_long_is_only_predicted_and_costs_are_measured() {
 }
 
 #[test]
+fn a_search_without_time_offers_what_is_predicted() {
+    let run = rope(Integrator::SymplecticEuler, 1);
+    let whole = offers(&run, 1000, &|| 0.0);
+    // No time at all, and time for a step of the first trial: each look takes a second.
+    for budget in [-1.0, 0.5] {
+        let now = Cell::new(0.0);
+        let stopwatch = || now.replace(now.get() + 1.0);
+        let from = (&[Origin::Start][..], 1000);
+        let mut rescue = Rescue::new(run.settings(), run.stable_substep(), from, 2.0);
+        rescue.work(&|_| Some(run.clone()), budget, &stopwatch);
+        rescue.end();
+        assert!(rescue.is_done());
+        let found: Vec<_> = rescue.offers().iter().map(|o| (o.remedy, o.is_tried)).collect();
+        assert_eq!(found, [(whole[0].remedy, false)], "within {budget} s");
+    }
+}
+
+#[test]
 fn a_step_that_would_take_too_long_is_not_tried() {
     // 11 rows at 1e15 N/m need some 5e7 substeps per step, 6e8 evaluations of rows: it would take
     // minutes before the clock is read again. What the limit promises is said, untried.

@@ -1,11 +1,12 @@
 //! Bodies made of a material, from scene files, and the materials by name.
 
 use msd_core::glam::DVec3;
-use msd_core::{Moduli, Scene, Simulation};
+use msd_core::{Moduli, Scene, Settings, Simulation, Vector};
 use msd_scene::materials::{
     ARCSIM_DENIM_BENDING, ARCSIM_DENIM_STRETCHING, MATERIALS, Named, Numbers, named,
 };
 use msd_scene::{Loaded, SceneFormat, parse};
+use std::f64::consts::PI;
 
 const PAGE: &str = include_str!("../../../../docs/materials.md");
 
@@ -25,6 +26,11 @@ fn measured(scene: &Scene, volume: f64) -> (Moduli, f64) {
     };
     let mass: f64 = scene.particles.iter().map(|particle| particle.mass).sum();
     (Moduli::of(scene.springs.iter().map(spring), &scene.volumes, volume), mass / volume)
+}
+
+/// Moduli and density of a body that fills a cubic metre.
+fn measured_of_a_cube(lines: &str) -> (Moduli, f64) {
+    measured(&body(lines).expect("a body").scene, 1.0)
 }
 
 fn is_near(value: f64, expected: f64) -> bool {
@@ -55,7 +61,7 @@ fn a_block_a_cloth_and_a_rope_have_the_moduli_and_the_mass_of_their_keys() {
     let rope =
         body(&format!("kind = 'rope'\nsize = [5]\ndiameter = 0.02\n{keys}")).expect("a rope");
     let (moduli, density) = measured(&rope.scene, 0.4);
-    let area = 1e-4 * std::f64::consts::PI;
+    let area = 1e-4 * PI;
     assert!(is_near(moduli.young(DVec3::X), 5e4 * area) && is_near(density, 800.0 * area));
     let woven = "kind = 'cloth'\nsize = [4, 4]\nyoung_warp = 300\nyoung_weft = 200\nshear = 20\n\
                  area_density = 0.2";
@@ -105,7 +111,7 @@ fn a_cloth_and_a_rope_bend_by_their_keys_or_by_their_modulus() {
     let found = stiffnesses(&format!("{woven}{three}"));
     assert!(is_near(found.1, 0.4) && is_near(found.2, 0.4), "{found:?}");
     let rope = "kind = 'rope'\nsize = [5]\nyoung = 5e4\ndiameter = 0.02\n";
-    let rod = 5e4 * std::f64::consts::PI / 64.0 * 1.6e-7;
+    let rod = 5e4 * PI / 64.0 * 1.6e-7;
     for (key, bending) in [("", rod), ("bending = 0.003", 0.003)] {
         let found = stiffnesses(&format!("{rope}{key}"));
         assert!(found.0 == 3 && is_near(found.1, bending / 0.001), "{found:?}");
@@ -202,6 +208,69 @@ fn denim_is_that_of_the_tables_of_arcsim() {
     // 2016, 4614168, table 5): the mean of warp and weft is among them.
     let mean = 1e6 * 0.5 * (bending[0] + bending[1]);
     assert!((14.0..22.0).contains(&mean), "{mean}");
+}
+
+/// The speed of waves along a thin rod of a material, m/s: a free rope of one metre rings along
+/// itself for an eighth of a period or so.
+fn speed_along_a_rod(name: &str) -> f64 {
+    const SPRINGS: usize = 20;
+    let rope = format!(
+        "kind = 'rope'\nsize = [{}]\nspacing = 0.05\ndiameter = 0.01\nmaterial = '{name}'",
+        SPRINGS + 1
+    );
+    let mut scene = body(&rope).expect("a rope").scene;
+    let half = 0.5 * PI / SPRINGS as f64;
+    let shape = |row: usize| (2.0 * half * row as f64).cos();
+    for (row, particle) in scene.particles.iter_mut().enumerate() {
+        particle.velocity = DVec3::X * 1e-3 * shape(row);
+    }
+    let settings = Settings { step: 1e-6, substeps: 1, ..Settings::default() };
+    let mut simulation = Simulation::<f64>::new(&scene, settings).expect("a valid scene");
+    let ringing = |simulation: &Simulation<f64>| -> f64 {
+        let velocities = simulation.state().velocities;
+        let rows = scene.particles.iter().zip(velocities).enumerate();
+        rows.map(|(row, (particle, velocity))| particle.mass * velocity.to_f64().x * shape(row))
+            .sum()
+    };
+    let start = ringing(&simulation);
+    (0..60).for_each(|_| simulation.step().expect("a step"));
+    let frequency = (ringing(&simulation) / start).acos() / simulation.time();
+    // A chain of n springs with half masses at its ends: w = (2 c/a) sin(π/(2 n)).
+    frequency * 0.05 / (2.0 * half.sin())
+}
+
+#[test]
+fn waves_run_along_metal_rods_as_fast_as_measured() {
+    // CRC Handbook of Chemistry and Physics, "Speed of sound in various media", table 1, v_ext:
+    // rolled aluminium 5000 and duralumin 5150 m/s; electrolytic iron 5120 and Armco iron 5200.
+    for (name, range) in [("aluminium", 5000.0..5150.0), ("steel", 5120.0..5200.0)] {
+        let speed = speed_along_a_rod(name);
+        assert!(range.contains(&speed), "{name}: {speed} m/s");
+    }
+}
+
+#[test]
+fn gelatine_that_keeps_its_volume_shears_as_measured() {
+    // Shear moduli, kPa, with their standard deviations: abstract of the source.
+    let measured = [
+        ("gelatine-3%", 2.01, 0.26),
+        ("gelatine-4%", 3.10, 0.34),
+        ("gelatine-5%", 4.18, 0.84),
+        ("gelatine-6%", 8.05, 1.00),
+        ("gelatine-7%", 10.24, 1.80),
+    ];
+    let shear = |name: &str, poisson: &str| {
+        let lines = format!("kind = 'block'\nsize = [2, 2, 2]\nmaterial = '{name}'\n{poisson}");
+        let (moduli, _) = measured_of_a_cube(&lines);
+        let lateral = moduli.poisson(DVec3::X, DVec3::Y);
+        1e-3 * moduli.young(DVec3::X) / (2.0 * (1.0 + lateral))
+    };
+    for (name, modulus, deviation) in measured {
+        let found = shear(name, "poisson = 0.45");
+        assert!((found - modulus).abs() < deviation, "{name}: {found} kPa");
+        // E is kept, so that springs alone are 2 (1 + 1/2)/(2 (1 + 1/4)) times as stiff in shear.
+        assert!(is_near(shear(name, "") / modulus, 1.2), "{name}");
+    }
 }
 
 #[test]

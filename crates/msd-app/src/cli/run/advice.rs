@@ -16,14 +16,17 @@ pub fn advise(start: &Runner, frame: f64, stable: f64, lasting: f64) -> String {
     let clock = Instant::now();
     let mut rescue = Rescue::new(start.settings(), stable, (&[Origin::Start], u32::MAX), lasting);
     rescue.work(&|_| Some(start.clone()), BUDGET, &|| clock.elapsed().as_secs_f64());
+    let is_done = rescue.is_done();
+    rescue.end();
     let frames = frame / start.settings().step;
     let substeps = start.settings().substeps;
     let options = rescue.offers().iter().filter_map(|offer| option(offer, substeps, frames));
     let options: Vec<String> = options.collect();
-    if options.is_empty() {
-        return "no method or number of substeps that was tried helps".to_owned();
+    if !options.is_empty() {
+        return format!("try {}", options.join(" or "));
     }
-    format!("try {}", options.join(" or "))
+    let all = "no method or number of substeps that was tried helps";
+    if is_done { all } else { "the search for one that helps took too long" }.to_owned()
 }
 
 /// Advice as the end of a sentence; nothing where there is none, or it was given before.
