@@ -24,7 +24,7 @@ use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group};
 use msd::core::glam::{DMat3, DVec3};
 use msd::core::{
     Bending, Elasticity, Friction, Instructions, Integrator, Material, Neighbours, Plane, Real,
-    Scene, Settings, Shape, Shell, Simulation, Solid, Substance, Vector, World, shape,
+    Scene, Settings, Shape, Simulation, Solid, Substance, Vector, World, shape,
 };
 use msd::scene::{Precision, workloads};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -203,12 +203,6 @@ fn bench_substances(criterion: &mut Criterion) {
     }
 }
 
-/// The surface of each body of a scene as a shell that meets itself and the others.
-fn shells(scene: &Scene, thickness: f64, friction: f64) -> Vec<Shell> {
-    let shell = |body| Shell { friction, itself: true, ..Shell::of(body, thickness) };
-    scene.bodies.iter().map(shell).collect()
-}
-
 /// Makes the cloth, about to fall on a ball and the floor, or at rest far from anything.
 fn touching_cloth(falls: bool, touches: bool) -> Scene {
     let material = Material { mass: 4e-4, stiffness: 60.0, damping: 0.01 };
@@ -225,27 +219,8 @@ fn touching_cloth(falls: bool, touches: bool) -> Scene {
         scene.world = World { gravity: DVec3::ZERO, ..scene.world };
     }
     if touches {
-        scene.shells = shells(&scene, 0.002, 0.5);
+        scene.shells = works::shells(&scene, 0.002, 0.5);
     }
-    scene
-}
-
-/// Makes three cloths of 13 x 13, one above the other, about to fall on a ball: the scene on which
-/// other engines are timed.
-fn draped_cloths() -> Scene {
-    let material = Material { mass: 0.01, stiffness: 30.0, damping: 0.01 };
-    let mut scene = Scene::default();
-    for layer in 0..3 {
-        let mut part = shape::cloth([13, 13], 0.08, material).expect("a cloth");
-        let middle = -0.48 * DVec3::new(1.0, 0.0, 1.0);
-        let above = DVec3::Y * (0.35 + 0.1 * f64::from(layer));
-        part.place(DMat3::from_rotation_x(core::f64::consts::FRAC_PI_2), middle + above);
-        scene.add("cloth", part);
-    }
-    let friction = Friction::Coulomb(0.3);
-    scene.planes.push(Plane { normal: DVec3::Y, offset: -0.6, restitution: 0.0, friction });
-    scene.solids.push(Solid { friction, ..Solid::new(Shape::Sphere { radius: 0.3 }) });
-    scene.shells = shells(&scene, 0.008, 0.3);
     scene
 }
 
@@ -261,7 +236,7 @@ fn bench_touches(criterion: &mut Criterion) {
         ("flat/touch", touching_cloth(false, true), settings, 0),
         ("crumpled/bare", touching_cloth(true, false), settings, 90),
         ("crumpled/touch", touching_cloth(true, true), settings, 90),
-        ("drape/three", draped_cloths(), drape, 60),
+        ("drape/three", works::scene("drape/13"), drape, 60),
     ] {
         let mut simulation = Simulation::<f32>::new(&scene, settings).expect("a valid scene");
         (0..falling).for_each(|_| simulation.step().expect("stable"));
