@@ -7,7 +7,8 @@
 //! once: a substep of RK4 counts each spring four times. All run on one thread but what is named
 //! `2-threads`. The group `terms` shows that unused features add no cost, the group `substance`
 //! what a uniform material, bends and volumes cost beside alike springs, the group `touch` what a
-//! radius of particles does.
+//! radius of particles does, the group `scene` what steps of built-in scenes cost in which
+//! something touches.
 //!
 //! Scenes of more than 100,000 springs take part where a filter names them (`-- cloth/316`), or all
 //! of them where the environment sets `MSD_LARGE`. `docs/performance.md` has the figures, by
@@ -26,7 +27,8 @@ use msd::core::{
     Bending, Elasticity, Friction, Instructions, Integrator, Material, Neighbours, Plane, Real,
     Scene, Settings, Shape, Simulation, Solid, Substance, Vector, World, shape,
 };
-use msd::scene::{Precision, workloads};
+use msd::run::Runner;
+use msd::scene::{Precision, open, workloads};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -246,6 +248,23 @@ fn bench_touches(criterion: &mut Criterion) {
     }
 }
 
+/// A step of built-in scenes two seconds after their start: what lies, falls and touches there. A
+/// block of a thousand particles that lies on a plane from the start is among them.
+fn bench_scenes(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("scene");
+    let settings = settings(Integrator::VelocityVerlet);
+    let rest = Runner::new(&works::scene("rest/10"), settings, Precision::F32);
+    let built_in = ["dice", "drape", "pile", "stairs"];
+    let opened = built_in.map(|name| (name, Runner::open(&open(name).expect("a built-in scene"))));
+    for (name, runner) in [("rest", rest)].into_iter().chain(opened) {
+        let mut runner = runner.expect("a valid scene");
+        (0..120).for_each(|_| runner.step().expect("stable"));
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| runner.step().expect("stable"));
+        });
+    }
+}
+
 fn pool(threads: usize) -> ThreadPool {
     ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")
 }
@@ -256,7 +275,7 @@ criterion_group! {
         .sample_size(20)
         .warm_up_time(Duration::from_millis(300))
         .measurement_time(Duration::from_secs(1));
-    targets = steps, bench_terms, bench_substances, bench_touches
+    targets = steps, bench_terms, bench_substances, bench_touches, bench_scenes
 }
 
 fn main() {
