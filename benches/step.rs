@@ -7,7 +7,8 @@
 //! once: a substep of RK4 counts each spring four times. All run on one thread but what is named
 //! `2-threads`. The group `terms` shows that unused features add no cost, the group `substance`
 //! what a uniform material, bends and volumes cost beside alike springs, the group `touch` what a
-//! radius of particles does.
+//! radius of particles does, the group `scene` what steps of built-in scenes cost in which
+//! something touches.
 //!
 //! Scenes of more than 100,000 springs take part where a filter names them (`-- cloth/316`), or all
 //! of them where the environment sets `MSD_LARGE`. `docs/performance.md` has the figures, by
@@ -24,9 +25,10 @@ use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group};
 use msd::core::glam::{DMat3, DVec3};
 use msd::core::{
     Bending, Elasticity, Friction, Instructions, Integrator, Material, Neighbours, Plane, Real,
-    Scene, Settings, Shape, Shell, Simulation, Solid, Substance, Vector, World, shape,
+    Scene, Settings, Shape, Simulation, Solid, Substance, Vector, World, shape,
 };
-use msd::scene::{Precision, workloads};
+use msd::run::Runner;
+use msd::scene::{Precision, open, workloads};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -203,12 +205,6 @@ fn bench_substances(criterion: &mut Criterion) {
     }
 }
 
-/// The surface of each body of a scene as a shell that meets itself and the others.
-fn shells(scene: &Scene, thickness: f64, friction: f64) -> Vec<Shell> {
-    let shell = |body| Shell { friction, itself: true, ..Shell::of(body, thickness) };
-    scene.bodies.iter().map(shell).collect()
-}
-
 /// Makes the cloth, about to fall on a ball and the floor, or at rest far from anything.
 fn touching_cloth(falls: bool, touches: bool) -> Scene {
     let material = Material { mass: 4e-4, stiffness: 60.0, damping: 0.01 };
@@ -225,27 +221,8 @@ fn touching_cloth(falls: bool, touches: bool) -> Scene {
         scene.world = World { gravity: DVec3::ZERO, ..scene.world };
     }
     if touches {
-        scene.shells = shells(&scene, 0.002, 0.5);
+        scene.shells = works::shells(&scene, 0.002, 0.5);
     }
-    scene
-}
-
-/// Makes three cloths of 13 x 13, one above the other, about to fall on a ball: the scene on which
-/// other engines are timed.
-fn draped_cloths() -> Scene {
-    let material = Material { mass: 0.01, stiffness: 30.0, damping: 0.01 };
-    let mut scene = Scene::default();
-    for layer in 0..3 {
-        let mut part = shape::cloth([13, 13], 0.08, material).expect("a cloth");
-        let middle = -0.48 * DVec3::new(1.0, 0.0, 1.0);
-        let above = DVec3::Y * (0.35 + 0.1 * f64::from(layer));
-        part.place(DMat3::from_rotation_x(core::f64::consts::FRAC_PI_2), middle + above);
-        scene.add("cloth", part);
-    }
-    let friction = Friction::Coulomb(0.3);
-    scene.planes.push(Plane { normal: DVec3::Y, offset: -0.6, restitution: 0.0, friction });
-    scene.solids.push(Solid { friction, ..Solid::new(Shape::Sphere { radius: 0.3 }) });
-    scene.shells = shells(&scene, 0.008, 0.3);
     scene
 }
 
@@ -261,12 +238,29 @@ fn bench_touches(criterion: &mut Criterion) {
         ("flat/touch", touching_cloth(false, true), settings, 0),
         ("crumpled/bare", touching_cloth(true, false), settings, 90),
         ("crumpled/touch", touching_cloth(true, true), settings, 90),
-        ("drape/three", draped_cloths(), drape, 60),
+        ("drape/three", works::scene("drape/13"), drape, 60),
     ] {
         let mut simulation = Simulation::<f32>::new(&scene, settings).expect("a valid scene");
         (0..falling).for_each(|_| simulation.step().expect("stable"));
         group.bench_function(name, |bencher| {
             bencher.iter(|| simulation.step().expect("stable"));
+        });
+    }
+}
+
+/// A step of built-in scenes two seconds after their start: what lies, falls and touches there. A
+/// block of a thousand particles that lies on a plane from the start is among them.
+fn bench_scenes(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("scene");
+    let settings = settings(Integrator::VelocityVerlet);
+    let rest = Runner::new(&works::scene("rest/10"), settings, Precision::F32);
+    let built_in = ["dice", "drape", "pile", "stairs"];
+    let opened = built_in.map(|name| (name, Runner::open(&open(name).expect("a built-in scene"))));
+    for (name, runner) in [("rest", rest)].into_iter().chain(opened) {
+        let mut runner = runner.expect("a valid scene");
+        (0..120).for_each(|_| runner.step().expect("stable"));
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| runner.step().expect("stable"));
         });
     }
 }
@@ -281,7 +275,7 @@ criterion_group! {
         .sample_size(20)
         .warm_up_time(Duration::from_millis(300))
         .measurement_time(Duration::from_secs(1));
-    targets = steps, bench_terms, bench_substances, bench_touches
+    targets = steps, bench_terms, bench_substances, bench_touches, bench_scenes
 }
 
 fn main() {

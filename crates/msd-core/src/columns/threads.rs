@@ -85,9 +85,10 @@ pub(crate) fn join<A: Send, B: Send>(
     (a(), b())
 }
 
-/// Does something on a thread of the pool, if there are several: from there, sharing costs little.
-pub(crate) fn enter<A: Send>(run: impl FnOnce() -> A + Send) -> A {
-    join(run, || ()).0
+/// Does something, on a thread of the pool where it is to be shared and there are several: from
+/// there, sharing costs little.
+pub(crate) fn enter<A: Send>(is_shared: bool, run: impl FnOnce() -> A + Send) -> A {
+    if is_shared { join(run, || ()).0 } else { run() }
 }
 
 /// Whether there are threads to share work with.

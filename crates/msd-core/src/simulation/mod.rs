@@ -151,7 +151,7 @@ impl<R: Real> Simulation<R> {
     /// counted exactly. State, queue and everything that the queue changes are then as they
     /// were before the step: a shorter step may follow, or [`Simulation::clear_queue`].
     pub fn step(&mut self) -> Result<(), Error> {
-        self.enter_step(true).map(drop)
+        (Compiled::of_precision().step)(self, true).map(drop)
     }
 
     /// Advances by one step unless shells may cross in it, see
@@ -162,15 +162,7 @@ impl<R: Real> Simulation<R> {
     /// # Errors
     /// See [`Simulation::step`].
     pub fn step_unless_passing(&mut self) -> Result<bool, Error> {
-        self.enter_step(false)
-    }
-
-    fn enter_step(&mut self, may_pass: bool) -> Result<bool, Error> {
-        let step = Compiled::of_precision().step;
-        if !self.model.springs.is_shared() {
-            return step(self, may_pass);
-        }
-        threads::enter(|| step(self, may_pass))
+        (Compiled::of_precision().step)(self, false)
     }
 
     /// The body of [`Simulation::step`] and [`Simulation::step_unless_passing`].
@@ -199,7 +191,7 @@ impl<R: Real> Simulation<R> {
         };
         let is_refused = |done: Done| !may_pass && (0 < done.passes || done.turned);
         if !is_refused(step.done) {
-            method.advance(&mut step);
+            threads::enter(self.model.springs.is_shared(), || method.advance(&mut step));
         }
         let done = step.done;
         if is_refused(done) || !may_pass && self.has_risen(&done) {

@@ -1,11 +1,11 @@
-//! Half spaces: their normals, beside planes, without an end, and refused. What moves: `contact/`.
+//! Half spaces: their normals, moved by an interaction, and refused. What they do: `contact/`.
 
 use crate::common::Random;
-use msd_core::glam::{DMat3, DQuat, DVec3};
+use msd_core::glam::DVec3;
 use msd_core::scene::solid::rotation;
 use msd_core::{
-    Friction, Integrator, Interaction, Material, Particle, Plane, Real, Scene, Settings, Shape,
-    Simulation, Solid, Vector, shape, testing,
+    Integrator, Interaction, Particle, Real, Scene, Settings, Shape, Simulation, Solid, Vector,
+    testing,
 };
 
 const MASS: f64 = 0.3;
@@ -34,54 +34,6 @@ fn the_normal_is_the_gradient_of_the_gap_still_and_moving() {
     solid.position = DVec3::new(0.2, 0.1, -0.3);
     (solid.velocity, solid.spin) = (DVec3::X * 0.4, DVec3::new(0.5, -0.2, 0.9));
     assert_eq!(testing::check_obstacle(&solid, &points, 1.7), Ok(()));
-}
-
-/// Runs a scene above a plane, and above a half space that stands still there: turned about its
-/// normal, and with another point of the surface as its middle.
-fn planes_and_solids(free: &Scene, plane: Plane, integrator: Integrator) -> [Simulation<f64>; 2] {
-    let turn = DQuat::from_rotation_arc(DVec3::Y, plane.normal);
-    let half_space = Solid {
-        position: plane.normal * plane.offset + turn * DVec3::new(0.3, 0.0, 0.7),
-        axes: DMat3::from_quat(turn) * rotation(DVec3::Y, 0.9),
-        restitution: plane.restitution,
-        friction: plane.friction,
-        ..Solid::new(Shape::HalfSpace)
-    };
-    let plain = Scene { planes: vec![plane], ..free.clone() };
-    let other = Scene { solids: vec![half_space], ..free.clone() };
-    [plain, other].map(|scene| {
-        let mut run = simulation::<f64>(&scene, integrator, 20);
-        second(&mut run);
-        run
-    })
-}
-
-/// A particle that falls on a slope, bounces or not, and slides; a block that is thrown over a
-/// level floor. (Of a block on a slope rounding decides when a corner comes to rest.)
-#[test]
-fn one_that_stands_still_is_a_plane() {
-    let material = Material { mass: 0.1, stiffness: 400.0, damping: 0.5 };
-    let mut block = Scene::of("block", shape::block([3, 3, 3], 0.5, material).expect("a block"));
-    for particle in &mut block.particles {
-        particle.position.y += 0.8;
-        particle.velocity = DVec3::new(3.0, 1.0, -2.0);
-    }
-    let particle = Particle { position: DVec3::Y * 0.8, velocity: DVec3::X * 0.4, mass: MASS };
-    let particle = Scene { particles: vec![particle], ..Scene::default() };
-    let cases = [(&particle, rotation(DVec3::Z, 0.3) * DVec3::Y), (&block, DVec3::Y)];
-    for integrator in Integrator::ALL {
-        for (number, (scene, normal)) in cases.into_iter().chain(cases).enumerate() {
-            let restitution = if number < cases.len() { 0.0 } else { 0.5 };
-            let friction = Friction::Coulomb(0.2);
-            let plane = Plane { normal, offset: 0.1, restitution, friction };
-            let [planes, solids] = planes_and_solids(scene, plane, integrator);
-            assert!(0 < planes.contacts().count, "{integrator} never met it");
-            let off = |p| (planes.position(p) - solids.position(p)).length();
-            let off = (0..scene.particles.len()).map(off).fold(0.0, f64::max);
-            // Positions of a metre, rounded 1200 times; solvers stop at a residual.
-            assert!(off < 1e-11, "{integrator}, {restitution}: {off}");
-        }
-    }
 }
 
 /// It has no end: what falls nearly a thousand kilometres from its middle lies on it too, in both

@@ -3,8 +3,8 @@
 
 use msd_core::glam::DVec3;
 use msd_core::{
-    Integrator, Material, Model, Particle, Real, Scene, Settings, Simulation, Spring, State,
-    Vector, World, shape,
+    DistanceGrid, Integrator, Material, Model, Particle, Real, Scene, Settings, Simulation, Spring,
+    State, Vector, World, shape,
 };
 
 /// A world without gravity.
@@ -92,6 +92,23 @@ pub fn forces_at<R: Real>(model: &Model<R>, state: &State<R>) -> Vec<R::Vec3> {
         forces[b] -= pull;
     }
     forces
+}
+
+/// The distances of a ball of this radius on a grid, by its formula.
+pub fn grid_of_ball(radius: f64, cell: f64) -> DistanceGrid {
+    let side = (2.0 * radius / cell).ceil() as usize + 5;
+    let low = DVec3::splat(-0.5 * cell * (side - 1) as f64);
+    let mut distances = Vec::new();
+    for z in 0..side {
+        for y in 0..side {
+            for x in 0..side {
+                let point = low + cell * DVec3::new(x as f64, y as f64, z as f64);
+                distances.push(point.length() - radius);
+            }
+        }
+    }
+    let (counts, corners, triangles) = ([side; 3], Vec::new(), Vec::new());
+    DistanceGrid { low, cell, counts, distances, reach: radius, error: cell, corners, triangles }
 }
 
 /// A linear congruential generator (Knuth, 1997, section 3.3.4): a scene from one number, so that a

@@ -60,6 +60,13 @@ fn scenes() -> Vec<(Scene, String)> {
     let mut scene = cube(axes, normal * (SPACING + DROP));
     add_walls(&mut scene, Kind::Planes, (DVec3::ZERO, &[normal]), 0.3);
     scenes.push((scene, "slope of 10°".into()));
+    // The same against a wall that leans away from it.
+    let (mut scene, _) = scenes[scenes.len() - 1].clone();
+    let lean = axes * DVec3::new(1.0, 0.3, 0.0).normalize();
+    let places = scene.particles.iter().map(|particle| particle.position.dot(lean));
+    let foot = lean * (places.fold(f64::MAX, f64::min) - DROP);
+    add_walls(&mut scene, Kind::Planes, (foot, &[lean]), 0.1);
+    scenes.push((scene, "slope of 10° against a wall".into()));
     scenes
 }
 
@@ -147,4 +154,45 @@ pub fn large_cube_settles<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     settle::<R>(&large(), (integrator, 4.0), &mut measures);
     measures
+}
+
+/// A block of 343 particles that falls on a rough solid.
+fn land<R: Real>(solid: Solid, integrator: Integrator) -> Measures {
+    let (mut measures, name) = (Measures::default(), "block");
+    let material = Material { mass: 0.01, stiffness: 60.0, damping: 0.05 };
+    let mut block = shape::block([7, 7, 7], 0.1, material).expect("a block");
+    block.place(DMat3::IDENTITY, DVec3::new(0.02, 1.0, 0.0));
+    let solid = Solid { friction: Friction::Coulomb(0.5), ..solid };
+    let scene = Scene { solids: vec![solid], ..Scene::of("block", block) };
+    let mut simulation = start::<R>(&scene, integrator);
+    let before = simulation.energy().total();
+    // Methods of second order and above meet obstacles to the second.
+    let part = match integrator {
+        Integrator::Rk4 => part(&simulation, Integrator::VelocityVerlet),
+        _ => part(&simulation, integrator),
+    };
+    let mut elastic = 0f64;
+    let ended = run(&mut simulation, 0.6, |now| elastic = elastic.max(now.energy().elastic));
+    if let Err(error) = ended {
+        measures.fail(&error, name);
+        return measures;
+    }
+    assert!(0 < simulation.contacts().count, "{integrator}: it has not landed");
+    let gain = simulation.energy().total() - before;
+    let damps = matches!(integrator, Integrator::BackwardEuler | Integrator::Xpbd);
+    let off = if damps { gain } else { gain.abs() };
+    measures.see("imbalance, J", (off, part * elastic), name);
+    measures
+}
+
+pub fn lands_on_a_ball<R: Real>(integrator: Integrator) -> Measures {
+    let ball = Solid::new(Shape::Sphere { radius: 0.25 });
+    land::<R>(Solid { position: DVec3::Y * 0.2, ..ball }, integrator)
+}
+
+/// Contact points between the particles meet it.
+pub fn lands_on_a_rod<R: Real>(integrator: Integrator) -> Measures {
+    let rod = Solid::new(Shape::Capsule { radius: 0.03, length: 2.0 });
+    let (position, axes) = (DVec3::new(0.05, 0.4, 0.0), rotation(DVec3::X, FRAC_PI_2));
+    land::<R>(Solid { position, axes, springs: true, ..rod }, integrator)
 }

@@ -36,16 +36,16 @@ impl Dice {
 
 /// A plane in the world, a direction along it, and a place on it.
 #[derive(Clone, Copy, Debug)]
-struct Slope {
-    normal: DVec3,
+pub struct Slope {
+    pub normal: DVec3,
     down: DVec3,
-    offset: f64,
-    place: DVec3,
+    pub offset: f64,
+    pub place: DVec3,
 }
 
 /// Twenty slopes at offsets from 0 to 1e6 m; those where the fall of a substep at rest, g h², is
 /// less than 16 roundings of a coordinate in this precision are left out.
-fn slopes<R: Real>() -> Vec<Slope> {
+pub fn slopes<R: Real>() -> Vec<Slope> {
     let mut dice = Dice(7);
     let slope = |number: usize| {
         let (normal, other) = (dice.direction(), dice.direction());
@@ -73,7 +73,7 @@ impl Slope {
     }
 
     /// The rounding of a coordinate, metres.
-    fn rounding<R: Real>(&self) -> f64 {
+    pub fn rounding<R: Real>(&self) -> f64 {
         R::EPSILON.to_f64() * (2.0 + 2.0 * self.offset.abs())
     }
 
@@ -238,10 +238,15 @@ pub fn a_corner_holds<R: Real>(integrator: Integrator) -> Measures {
 }
 
 /// Damped so that a body settles, and soft enough for the explicit methods at the default substep.
-const SOFT: Material = Material { mass: 0.1, stiffness: 1000.0, damping: 2.5 };
+pub const SOFT: Material = Material { mass: 0.1, stiffness: 1000.0, damping: 2.5 };
 
-/// A body that stands on a slope of so many degrees, at its place.
-fn standing(slope: &Slope, size: [usize; 3], material: Material, degrees: f64) -> Scene {
+/// A body that stands on a slope of so many degrees and some friction, at its place.
+pub fn standing(
+    slope: &Slope,
+    size: [usize; 3],
+    material: Material,
+    (degrees, friction): (f64, f64),
+) -> Scene {
     let mut part = shape::block(size, 0.5, material).expect("a block");
     let low = part.particles.iter().map(|p| p.position.y).fold(f64::MAX, f64::min);
     let frame = DMat3::from_cols(slope.down, slope.normal, slope.down.cross(slope.normal));
@@ -249,7 +254,7 @@ fn standing(slope: &Slope, size: [usize; 3], material: Material, degrees: f64) -
     part.place(frame, slope.place);
     let mut scene = Scene::of("block", part);
     scene.world = slope.world(degrees);
-    scene.planes = vec![slope.plane(0.5, 0.5)];
+    scene.planes = vec![slope.plane(0.5, friction)];
     scene
 }
 
@@ -268,7 +273,7 @@ fn drift<R: Real>(mut simulation: Simulation<R>, (settle, seconds): (f64, f64)) 
 pub fn a_block_rests<R: Real>(integrator: Integrator) -> Measures {
     let slopes = slopes::<R>();
     measures("moved, m", [(0, 24.0), (1, 0.0)], |&(number, degrees)| {
-        let scene = standing(&slopes[number], [3, 3, 3], SOFT, degrees);
+        let scene = standing(&slopes[number], [3, 3, 3], SOFT, (degrees, 0.5));
         drift(start::<R>(&scene, integrator), (20.0, 600.0))
     })
 }
@@ -292,7 +297,7 @@ pub fn blocks_hold<R: Real>(integrator: Integrator) -> Measures {
     measures("moved, m", cases, |&((stiffness, damping), part)| {
         let degrees = (0.5f64 * part).atan().to_degrees();
         let material = Material { mass: 0.1, stiffness, damping };
-        let scene = standing(slope, [3, 3, 3], material, degrees);
+        let scene = standing(slope, [3, 3, 3], material, (degrees, 0.5));
         let substeps = fewest_substeps::<R>(&scene, integrator);
         let settings = Settings { integrator, substeps, ..Settings::default() };
         drift(Simulation::<R>::new(&scene, settings).expect("a scene"), (20.0, 60.0))
@@ -301,7 +306,7 @@ pub fn blocks_hold<R: Real>(integrator: Integrator) -> Measures {
 
 pub fn a_column_stands<R: Real>(integrator: Integrator) -> Measures {
     measures("moved, m", [&slopes::<R>()[1]], |slope| {
-        let scene = standing(slope, [6, 3, 3], SOFT, 4.0);
+        let scene = standing(slope, [6, 3, 3], SOFT, (4.0, 0.5));
         drift(start::<R>(&scene, integrator), (80.0, 120.0))
     })
 }

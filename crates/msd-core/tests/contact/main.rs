@@ -6,13 +6,17 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod blocks;
 mod corners;
 mod cubes;
 mod curved;
 mod endurance;
+mod impacts;
 mod moving;
+mod rods;
 mod slopes;
 mod table;
+mod thick;
 mod turning;
 mod walls;
 

@@ -1,6 +1,8 @@
 //! The tables, the measures of a scenario, and the check of a method.
 
-use crate::{corners, cubes, curved, endurance, moving, slopes, turning};
+use crate::{
+    blocks, corners, cubes, curved, endurance, impacts, moving, rods, slopes, thick, turning,
+};
 use msd_core::Integrator::{
     BackwardEuler, DormandPrince, ExplicitEuler, ExplicitEuler as Explicit, Rk4, SymplecticEuler,
     VelocityVerlet, Xpbd,
@@ -53,7 +55,22 @@ const MOVES: &[(Integrator, &str)] = &[(Explicit, "moved, m")];
 /// A particle dropped into a groove without friction comes to rest in ever shorter slides through
 /// its foot. Dormand-Prince neglects hops up to its tolerance there; velocity Verlet and RK4 locate
 /// an impact to the first order. Backward Euler holds a rope by friction that does not settle.
+///
+/// The ledger of contact points counts too much where many of them touch at the end of a substep.
+/// That of XPBD misses work of a wall that presses, 0.8 of 2 J where h w is 0.8 for the spring; RK4
+/// books what the stages of a substep do behind the wall, 6 J. Both vanish with shorter substeps.
 const KNOWN: &[(&str, Integrator, &str, &str)] = &[
+    ("a soft block lands on a rough rod", SymplecticEuler, "f32", "imbalance, J"),
+    ("a soft block lands on a rough rod", SymplecticEuler, "f64", "imbalance, J"),
+    ("a soft block lands on a rough rod", BackwardEuler, "f32", "imbalance, J"),
+    ("a soft block lands on a rough rod", BackwardEuler, "f64", "imbalance, J"),
+    ("a soft block lands on a rough rod", Xpbd, "f32", "imbalance, J"),
+    ("a soft block lands on a rough rod", Xpbd, "f64", "imbalance, J"),
+    ("a wall presses a spring by key frames", Xpbd, "f32", "off its work, J"),
+    ("a wall presses a spring by key frames", Xpbd, "f64", "off its work, J"),
+    ("a wall presses a spring by key frames", Rk4, "f32", "lost, J"),
+    ("a wall presses a spring by key frames", Rk4, "f64", "lost, J"),
+    ("a wall presses a spring by key frames", Rk4, "f64", "off its work, J"),
     ("a block carried by a rough solid that turns", ExplicitEuler, "f64", "height varies, m"),
     ("a large soft cube falls into a valley", Rk4, "f32", "imbalance, J"),
     ("a large soft cube falls into a valley", Rk4, "f64", "imbalance, J"),
@@ -143,10 +160,42 @@ pub const TABLE: &[Scenario] = &[
     scenario!(moving::belt, "a belt speeds up a particle", wrong: FALLS_ON_A_BELT),
     scenario!(moving::platform, "a platform lifts and shifts a particle"),
     scenario!(moving::lifts_and_turns, "a plate lifts and turns a particle"),
+    scenario!(moving::keyed_wall, "a wall that comes by key frames drives what it hits"),
+    scenario!(
+        moving::pressing_wall,
+        "a wall presses a spring by key frames",
+        wrong: &[(Explicit, "off its work, J"), (Explicit, "lost, J")]
+    ),
     scenario!(moving::turntable_flings, "a turntable holds a particle or flings it off"),
     scenario!(curved::particles_slide_off, "a particle slides off a round solid"),
     scenario!(curved::bodies_slide_off, "a body slides off a ball, by substeps"),
     scenario!(curved::ropes_slip, "a rope slips over a drum"),
+    scenario!(curved::ropes_are_drawn, "a rope is drawn over a capsule"),
+    scenario!(curved::leave_smooth_balls, "a particle leaves a smooth ball"),
+    scenario!(curved::slide_on_grids, "a particle slides on a ball made of distances"),
+    scenario!(
+        curved::cloths_are_taken_along,
+        "a fast ball takes a cloth along",
+        wrong: &[(Explicit, "error"), (Explicit, "behind, m")]
+    ),
+    scenario!(blocks::slide, "a block slides down slopes"),
+    scenario!(blocks::lie, "a block lies on slopes", wrong: MOVES),
+    scenario!(impacts::thin_plates, "a thin plate is a wall"),
+    scenario!(impacts::small_balls, "a small fast ball hits what is in its way"),
+    scenario!(impacts::ways_through_boxes, "a way through a box in a substep"),
+    scenario!(impacts::times_of_impacts, "the time of an impact"),
+    scenario!(impacts::lands_on_rough_balls, "a particle lands on a rough ball"),
+    scenario!(impacts::rooms, "a particle that has no room"),
+    scenario!(
+        rods::sparse_cloths_hang,
+        "a sparse cloth hangs over a thin rod",
+        wrong: &[(Explicit, "imbalance, J"), (DormandPrince, "imbalance, J")]
+    ),
+    scenario!(rods::impulses_are_shared, "a rod shares its impulse to the ends of a spring"),
+    scenario!(thick::rest, "a particle of a radius comes to rest"),
+    scenario!(thick::further_out, "radii are surfaces further out"),
+    scenario!(thick::half_spaces, "a half space at rest is a plane"),
+    scenario!(thick::fall_far_away, "a particle falls far from the origin"),
     scenario!(
         cubes::cubes_rest,
         "a soft cube comes to rest between surfaces",
@@ -156,6 +205,16 @@ pub const TABLE: &[Scenario] = &[
         cubes::large_cube_settles,
         "a large soft cube falls into a valley",
         wrong: &[(Explicit, "error")]
+    ),
+    scenario!(
+        cubes::lands_on_a_ball,
+        "a soft block lands on a rough ball",
+        wrong: &[(Explicit, "error")]
+    ),
+    scenario!(
+        cubes::lands_on_a_rod,
+        "a soft block lands on a rough rod",
+        wrong: &[(Explicit, "error"), (DormandPrince, "imbalance, J")]
     ),
 ];
 
@@ -314,4 +373,18 @@ pub fn run<R: Real>(
         look(simulation);
         Ok(())
     })
+}
+
+/// Runs a scene for so many steps of 1/60 s.
+pub fn after<R: Real>(
+    scene: &Scene,
+    (integrator, substeps): (Integrator, u32),
+    steps: u32,
+    (measures, name): (&mut Measures, &str),
+) -> Simulation<R> {
+    let settings = Settings { integrator, substeps, ..Settings::default() };
+    let mut simulation = Simulation::<R>::new(scene, settings).expect("a valid scene");
+    let ended = run(&mut simulation, f64::from(steps) / 60.0, |_| {});
+    ended.unwrap_or_else(|error| measures.fail(&error, name));
+    simulation
 }

@@ -6,6 +6,8 @@ use msd_core::{Friction, Particle, Plane, Real, Scene, Shape, Solid};
 
 /// Half of the side of a box, metres.
 const HALF: f64 = 1.0;
+/// The sides of a slab, metres.
+const SLAB: DVec3 = DVec3::new(20.0, 1.0, 20.0);
 
 /// What walls are made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +15,7 @@ pub enum Kind {
     Planes,
     HalfSpaces,
     Boxes,
+    Slabs,
 }
 
 impl Kind {
@@ -20,7 +23,11 @@ impl Kind {
 
     /// How far from the middle of what it is computed from a point of a wall is, metres.
     pub fn reach(self) -> f64 {
-        if self == Kind::Boxes { HALF * 3f64.sqrt() } else { 0.0 }
+        match self {
+            Kind::Planes | Kind::HalfSpaces => 0.0,
+            Kind::Boxes => HALF * 3f64.sqrt(),
+            Kind::Slabs => 0.5 * SLAB.length(),
+        }
     }
 }
 
@@ -31,14 +38,17 @@ pub fn add_walls(scene: &mut Scene, kind: Kind, (foot, normals): (DVec3, &[DVec3
         let unit = normal.normalize();
         let axes = DMat3::from_quat(DQuat::from_rotation_arc(DVec3::Y, unit));
         let solid = |shape, position| Solid { position, axes, friction, ..Solid::new(shape) };
-        let size = DVec3::splat(2.0 * HALF);
         match kind {
             Kind::Planes => {
                 let offset = unit.dot(foot);
                 scene.planes.push(Plane { normal, offset, restitution: 0.0, friction });
             }
             Kind::HalfSpaces => scene.solids.push(solid(Shape::HalfSpace, foot)),
-            Kind::Boxes => scene.solids.push(solid(Shape::Box { size }, foot - unit * HALF)),
+            Kind::Boxes | Kind::Slabs => {
+                let is_slab = kind == Kind::Slabs;
+                let size = if is_slab { SLAB } else { DVec3::splat(2.0 * HALF) };
+                scene.solids.push(solid(Shape::Box { size }, foot - unit * (0.5 * size.y)));
+            }
         }
     }
 }

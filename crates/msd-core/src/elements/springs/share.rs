@@ -73,52 +73,66 @@ pub(super) struct Share<'a, R: Real> {
     pub(super) power: &'a mut [R],
 }
 
+impl<R: Real> Share<'_, R> {
+    /// Cuts it between two of its groups.
+    fn halves(self, pieces: &[Piece]) -> (Self, Self) {
+        let Share { groups, work, first, forces, power } = self;
+        let half = groups.len() / 2;
+        let (low, high) = groups.split_at(half);
+        let cut = pieces[high[0].start].numbers.start;
+        let (low_work, work) = work.split_at_mut(half);
+        let (low_forces, forces) = forces.split_at_mut(cut - first);
+        let (low_power, power) = power.split_at_mut((cut - first) / 3);
+        let high = Share { groups: high, work, first: cut, forces, power };
+        let (work, forces, power) = (low_work, low_forces, low_power);
+        (Share { groups: low, work, first, forces, power }, high)
+    }
+}
+
 impl<R: Real> Sweep<'_, R> {
     /// Adds the pull of all springs of a share that fit rows, half of the groups at a time.
     pub(super) fn add_groups(&self, share: Share<'_, R>) {
-        let Share { groups, work, first, forces, power } = share;
-        let half = groups.len() / 2;
-        if half == 0 || !are_several() {
-            for (group, work) in groups.iter().zip(work) {
-                for piece in &self.input.layout.pieces[group.clone()] {
-                    let numbers = piece.numbers.start - first..piece.numbers.end - first;
-                    let power = &mut power[numbers.start / 3..numbers.end / 3];
-                    self.add_piece(piece, work.sums(&mut forces[numbers], power));
-                }
-            }
+        let Sweep { level, input, damped, .. } = *self;
+        let layout = input.layout;
+        if 1 < share.groups.len() && are_several() {
+            let (low, high) = share.halves(&layout.pieces);
+            join(|| self.add_groups(low), || self.add_groups(high));
             return;
         }
-        let (low, high) = groups.split_at(half);
-        let cut = self.input.layout.pieces[high[0].start].numbers.start;
-        let (low_work, high_work) = work.split_at_mut(half);
-        let (low_forces, high_forces) = forces.split_at_mut(cut - first);
-        let (low_power, high_power) = power.split_at_mut((cut - first) / 3);
-        let (forces, power) = (low_forces, low_power);
-        let low = Share { groups: low, work: low_work, first, forces, power };
-        let (forces, power) = (high_forces, high_power);
-        let high = Share { groups: high, work: high_work, first: cut, forces, power };
-        join(|| self.add_groups(low), || self.add_groups(high));
-    }
-
-    /// Adds the pull of the springs of a piece.
-    fn add_piece(&self, piece: &Piece, sums: Sums<'_, R>) {
-        let Sweep { level, input, .. } = *self;
-        let band = &input.layout.bands[piece.band];
-        let (of, part) = ((band, piece), piece.is_part);
-        if piece.rows.is_empty() {
-            sums.power.fill(R::ZERO);
-        } else if self.damped {
-            at_level!(level, isa => match band.halo {
-                None => add_named::<_, R, true>(isa, of, input, sums),
-                Some(halo) if part => add_segments::<_, R, true, true>(isa, of, halo, input, sums),
-                Some(halo) => add_segments::<_, R, true, false>(isa, of, halo, input, sums),
-            });
-        } else {
-            at_level!(level, isa => match band.halo {
-                None => add_named::<_, R, false>(isa, of, input, sums),
-                Some(halo) if part => add_segments::<_, R, false, true>(isa, of, halo, input, sums),
-                Some(halo) => add_segments::<_, R, false, false>(isa, of, halo, input, sums),
-            });
+        let Share { groups, work, first, forces, power } = share;
+        for (group, work) in groups.iter().zip(work) {
+            for piece in &layout.pieces[group.clone()] {
+                let numbers = piece.numbers.start - first..piece.numbers.end - first;
+                let power = &mut power[numbers.start / 3..numbers.end / 3];
+                if piece.rows.is_empty() {
+                    power.fill(R::ZERO);
+                    continue;
+                }
+                let sums = work.sums(&mut forces[numbers], power);
+                let band = &layout.bands[piece.band];
+                let (of, part) = ((band, piece), piece.is_part);
+                if damped {
+                    at_level!(level, isa => match band.halo {
+                        None => add_named::<_, R, true>(isa, of, input, sums),
+                        Some(halo) if part => {
+                            add_segments::<_, R, true, true>(isa, of, halo, input, sums);
+                        }
+                        Some(halo) => {
+                            add_segments::<_, R, true, false>(isa, of, halo, input, sums);
+                        }
+                    });
+                } else {
+                    at_level!(level, isa => match band.halo {
+                        None => add_named::<_, R, false>(isa, of, input, sums),
+                        Some(halo) if part => {
+                            add_segments::<_, R, false, true>(isa, of, halo, input, sums);
+                        }
+                        Some(halo) => {
+                            add_segments::<_, R, false, false>(isa, of, halo, input, sums);
+                        }
+                    });
+                }
+            }
         }
     }
 
