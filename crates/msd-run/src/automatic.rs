@@ -12,8 +12,10 @@
 //! prediction.
 
 use Automatic::{Begun, Chosen, Due, Wanted};
+use msd_core::glam::DVec3;
 use msd_core::stability::Estimator;
 use msd_core::{Error, Integrator, Interaction, Model, Real, Settings, Simulation};
+use msd_scene::Wind;
 
 /// Part of the longest stable substep that is taken: springs that turn and stretch move the limit,
 /// by up to 7 % in the built-in scenes whose limit is set by stiffness.
@@ -46,6 +48,8 @@ pub struct Substeps {
     pub(crate) automatic: Option<Automatic>,
     /// Whether a choice waits for the next step.
     pub(crate) is_lazy: bool,
+    /// The wind, and the uniform force without it, newtons, where it comes in gusts.
+    pub(crate) gusts: Option<(Wind, DVec3)>,
 }
 
 /// What is known of the last choice of substeps.

@@ -16,6 +16,7 @@ mod runner;
 mod watch;
 mod history;
 mod trace;
+pub mod live;
 pub mod export;
 pub mod rescue;
 pub mod recording;

@@ -8,9 +8,9 @@ use msd_core::obstacles::Obstacle;
 use msd_core::stability::Estimator;
 use msd_core::{
     Contacts, Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, RowImpulse,
-    Scene, Settings, Shell, Simulation, Witness,
+    Scene, Settings, Shell, Simulation, Vector, Witness,
 };
-use msd_scene::{AnyState, Loaded, Precision, Viewpoint};
+use msd_scene::{AnyState, Loaded, Precision, Viewpoint, Wind};
 use serde::Serialize;
 
 /// The most work of a step that someone waits for, evaluations of springs and particles: a fraction
@@ -111,11 +111,13 @@ impl Runner {
         let Some(progress) = &loaded.progress else {
             let mut runner = Runner::new(&loaded.scene, settings, precision)?;
             runner.substeps_mut().is_lazy = true;
+            runner.set_wind(loaded, loaded.wind());
             runner.set_automatic(automatic)?;
             return Ok(runner);
         };
         let mut runner = Runner::resume(&loaded.scene, progress, precision)?;
         runner.substeps_mut().is_lazy = true;
+        runner.set_wind(loaded, loaded.wind());
         if automatic && loaded.automatic {
             runner.resume_automatic(&progress.queue);
         } else {
@@ -129,7 +131,11 @@ impl Runner {
 
     /// The run as it is now, to be saved, or to go on from here.
     pub fn to_loaded(&self, name: &str, title: &str) -> Loaded {
-        let (scene, progress) = self.progress();
+        let (mut scene, progress) = self.progress();
+        let wind = self.substeps().gusts;
+        if let Some((wind, calm)) = wind {
+            scene.world.force = calm + wind.mean().force(0.0);
+        }
         Loaded {
             name: name.into(),
             title: title.into(),
@@ -141,6 +147,7 @@ impl Runner {
             notes: Vec::new(),
             files: Vec::new(),
             made: Vec::new(),
+            wind,
             progress: Some(Box::new(progress)),
         }
     }
@@ -198,12 +205,33 @@ impl Runner {
         Ok(runner)
     }
 
+    /// Lets a wind come in gusts over a run of what was loaded; a steady one is a uniform force.
+    pub fn set_wind(&mut self, loaded: &Loaded, wind: Wind) {
+        let calm = loaded.force_in(Wind::default(), 0.0);
+        self.substeps_mut().gusts = wind.is_gusty().then_some((wind, calm));
+    }
+
+    /// Lets the wind come in no gusts.
+    pub fn calm(&mut self) {
+        self.substeps_mut().gusts = None;
+    }
+
+    /// The uniform force that gusts have set before the last step; `None` where the wind is steady.
+    pub fn gust(&self) -> Option<Interaction> {
+        self.substeps().gusts?;
+        let value = on!(self, simulation => simulation.model().force().to_f64());
+        Some(Interaction::SetForce { value })
+    }
+
     /// Advances by one step; automatic substeps are renewed before it where it is time to, and
     /// doubled, up to 1000, while shells may cross in it.
     ///
     /// # Errors
     /// See [`Simulation::step`].
     pub fn step(&mut self) -> Result<(), Error> {
+        if let Some((wind, calm)) = self.substeps().gusts {
+            self.queue(Interaction::SetForce { value: calm + wind.force(self.time()) })?;
+        }
         if self.automatic().is_some_and(Automatic::is_due) {
             self.apply_queued()?;
         }

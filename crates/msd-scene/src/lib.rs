@@ -19,6 +19,7 @@ mod state;
 mod nearby;
 pub mod mesh;
 pub mod crossing;
+mod model;
 mod error;
 pub mod materials;
 mod disk;
@@ -34,9 +35,11 @@ pub use disk::{FileId, Output, Spool, write_file};
 pub use error::{FileError, Place, nearest, one_line, plain};
 pub use file::tree::{Assignment, key};
 pub use file::{
-    SceneFormat, decode, default_shell, format_of, json_schema, keys, read_text, schema, tree,
+    Edits, SceneFormat, decode, default_shell, format_of, json_schema, keys, look_of, look_row,
+    read_text, schema, shells_of, touch_rows, tree,
 };
 pub use loaded::Loaded;
+pub use model::{Wind, parts};
 pub use open::{
     Draft, Finer, load, open, open_bytes, open_bytes_with, open_set, parse, read, write,
 };

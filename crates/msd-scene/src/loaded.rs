@@ -1,8 +1,10 @@
 //! Scenes that are ready to run: at their start, or saved on their way.
 
 use crate::materials::Made;
+use crate::model::Wind;
 use crate::precision::Precision;
 use crate::viewpoint::Viewpoint;
+use glam::DVec3;
 use msd_core::{Progress, Scene, Settings};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -36,11 +38,25 @@ pub struct Loaded {
     /// saved run. Not saved.
     #[serde(skip)]
     pub made: Vec<Option<Made>>,
+    /// The wind, whose mean the uniform force of the scene includes, and that force without it,
+    /// newtons; `None` without a wind. In a saved run it follows the rest.
+    #[serde(skip)]
+    pub wind: Option<(Wind, DVec3)>,
     /// Of a saved run: how far it is, and what holds it. The scene alone is how it stands then.
     pub progress: Option<Box<Progress>>,
 }
 
 impl Loaded {
+    /// The wind of the scene.
+    pub fn wind(&self) -> Wind {
+        self.wind.map_or(Wind::default(), |(wind, _)| wind)
+    }
+
+    /// The uniform force of the scene in a wind, at a simulated time, newtons.
+    pub fn force_in(&self, wind: Wind, time: f64) -> DVec3 {
+        self.wind.map_or(self.scene.world.force, |(_, calm)| calm) + wind.force(time)
+    }
+
     /// Whether this is a run that was saved, called by a name that other files may be called by and
     /// a title that is a line: to be asked of what comes from elsewhere.
     pub fn is_saved(&self) -> bool {

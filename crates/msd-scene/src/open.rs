@@ -382,6 +382,7 @@ fn finish(source: &Source<'_>, understood: Understood) -> Loaded {
         camera: understood.camera,
         notes: understood.notes,
         made: understood.made,
+        wind: understood.wind,
         files: Vec::new(),
         progress: None,
     }

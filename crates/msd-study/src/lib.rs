@@ -26,8 +26,9 @@ pub mod live_error;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod sweep;
 
-pub use behaviour::{audit, inspection, limits, parts, terms};
+pub use behaviour::{audit, inspection, limits, terms};
 pub use candidates::{choice, ladder};
 pub use measure::{clock, errors, leave, machine, reference, trial};
 pub use msd_run::quantity;
+pub use msd_scene::parts;
 pub use study::{ReferenceNote, Study, conduct, words};

@@ -7,21 +7,24 @@
 mod error;
 mod seal;
 mod own_scene;
-mod wind;
+mod former;
 
 pub use error::LinkError;
 pub use own_scene::OwnScene;
-pub use wind::Wind;
 
 use msd_core::{Interaction, Settings};
 use msd_run::Runner;
-use msd_scene::{BUILTINS, Loaded, Precision};
+use msd_run::live::set_all;
+use msd_scene::keys::Live;
+use msd_scene::{BUILTINS, Edits, Loaded, Precision};
 use seal::{seal, unseal};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Raised whenever what a link holds changes its form.
-const FORMAT: u8 = 3;
+const FORMAT: u8 = 4;
+/// The format before, which ended with the look.
+const FORMER: u8 = 3;
 /// What a page takes besides a link.
 const PAGE: [&str; 2] = ["embed", "verify"];
 /// The longest text that may be a link; a browser takes more, a person sends less.
@@ -49,14 +52,16 @@ pub struct Changes {
     pub automatic: bool,
     /// The precision.
     pub precision: Precision,
-    /// What was set of material, looks and world, oldest first, and of rest lengths.
+    /// What was set of rest lengths; in the former format all that was set, the oldest first.
     pub edits: Vec<Interaction>,
-    /// The wind that the user made.
-    pub wind: Wind,
+    /// The wind that the user made, in the former format; now it is a key.
+    pub wind: FormerWind,
     /// Simulated seconds per second.
     pub speed: f64,
     /// How it is looked at.
     pub look: Look,
+    /// What was set of keys of the scene.
+    pub set: Edits,
 }
 
 /// How a scene is looked at.
@@ -75,6 +80,9 @@ pub struct Look {
     /// What is drawn, a bit for each thing that the window can show or hide.
     pub shown: u16,
 }
+
+/// Strength, newtons, heading, radians, and gusts of a wind.
+pub type FormerWind = [f64; 3];
 
 impl Link {
     /// Whether a text that stands for a scene is meant as a link: no file of that name is there,
@@ -174,22 +182,16 @@ impl Link {
         Ok(Loaded { scene, ..loaded })
     }
 
-    /// Makes the edits of material and world in a run of the scene that was loaded, and its wind.
+    /// Makes the edits in a run of the scene that was loaded.
     ///
     /// # Errors
-    /// A line on an edit that does not fit the scene, or a wind in gusts, which the window makes.
+    /// A line on an edit that does not fit the scene.
     pub fn edit(&self, loaded: &Loaded, runner: &mut Runner) -> Result<(), String> {
-        let Some(Changes { edits, wind, .. }) = &self.changes else { return Ok(()) };
+        let Some(changes) = &self.changes else { return Ok(()) };
         let name = &loaded.name;
-        if wind.is_gusty() {
-            return Err(format!(
-                "{name}: the link has a wind in gusts, which only the window makes"
-            ));
-        }
-        let value = loaded.scene.world.force + wind.force(0.0);
-        let blow = (0.0 < wind.strength).then_some(Interaction::SetForce { value });
-        let mut all = edits.iter().copied().chain(blow);
-        let made = all.try_for_each(|edit| runner.queue(edit)).and_then(|()| runner.apply_queued());
+        set_all(runner, loaded, &changes.set_of(loaded))?;
+        let queued = changes.scales().try_for_each(|scale| runner.queue(scale));
+        let made = queued.and_then(|()| runner.apply_queued());
         made.map_err(|error| format!("{name}: {error}"))
     }
 }
@@ -209,12 +211,29 @@ impl fmt::Display for Link {
 }
 
 impl Changes {
+    /// What was set of keys of the scene.
+    pub fn set_of(&self, loaded: &Loaded) -> Edits {
+        let mut set = former::keys_of(&self.edits, self.wind, loaded);
+        self.set.iter().for_each(|edit| set.set(edit.clone()));
+        set
+    }
+
+    /// What was set of rest lengths.
+    pub fn scales(&self) -> impl Iterator<Item = Interaction> + '_ {
+        let is_scale = |edit: &&Interaction| matches!(edit, Interaction::ScaleRestLength { .. });
+        self.edits.iter().filter(is_scale).copied()
+    }
+
     fn encode(&self) -> String {
         seal(FORMAT, &postcard::to_stdvec(self).unwrap_or_default())
     }
 
     fn decode(text: &str) -> Result<Self, LinkError> {
-        let content = unseal(FORMAT, text)?;
+        let (format, mut content) = unseal(FORMER..=FORMAT, text)?;
+        if format == FORMER {
+            // Nothing was set of keys.
+            content.push(0);
+        }
         let changes: Changes = postcard::from_bytes(&content).map_err(|_| LinkError::Damaged)?;
         if changes.is_usable() { Ok(changes) } else { Err(LinkError::Damaged) }
     }
@@ -244,7 +263,8 @@ impl Changes {
         };
         let Look { target: [x, y, z], distance, yaw, pitch, .. } = self.look;
         self.edits.iter().all(is_setting)
-            && self.wind.is_usable()
+            && self.set.iter().all(|edit| edit.live() != Live::Restart)
+            && self.wind.iter().all(|number| number.is_finite())
             && [x, y, z, distance, yaw, pitch].iter().all(|number| number.is_finite())
             && (self.speed == f64::INFINITY || (1e-3..=100.0).contains(&self.speed))
     }

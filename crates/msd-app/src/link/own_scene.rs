@@ -117,7 +117,7 @@ impl OwnScene {
     /// # Errors
     /// See [`LinkError`]. Whether the scene is one is found when it is opened.
     pub(super) fn decode(text: &str) -> Result<Self, LinkError> {
-        let content = unseal(FORMAT, text)?;
+        let (_, content) = unseal(FORMAT..=FORMAT, text)?;
         let content = decompress_to_vec_with_limit(&content, LARGEST).map_err(|error| {
             let is_more = error.status == TINFLStatus::HasMoreOutput;
             if is_more { LinkError::TooLarge } else { LinkError::Damaged }

@@ -1,14 +1,14 @@
 //! A run that stopped by itself: what happened, the springs that move fastest, the ways out.
 
-use super::material::is_look;
-use super::run::{Reading, Run, open};
+use super::material::is_of_looks;
+use super::run::{Reading, Run, act, open};
 use super::solver::{MOST_SUBSTEPS, Solver, Tuning};
-use super::touches::{meet_as, shells_of};
 use super::{Session, Wind};
 use msd_core::{Divergence, Error, Interaction, Vector};
+use msd_run::live::set_all;
 use msd_run::rescue::{LASTING, Offer, Origin, Remedy, Rescue};
 use msd_run::{History, Runner, on};
-use msd_scene::Loaded;
+use msd_scene::{Edits, Loaded};
 use msd_study::quantity::quantity;
 
 /// The time that the search for ways out takes of each frame, seconds: half of the last one, as far
@@ -51,40 +51,39 @@ pub struct Origins<'a> {
     pub runner: &'a Runner,
     /// Its earlier states.
     pub history: &'a History,
-    /// The edits of material and world that a restart keeps.
-    pub edits: &'a [Interaction],
+    /// What was set of keys of the scene, which a restart keeps.
+    pub edits: &'a Edits,
     /// The wind that a restart keeps.
-    pub wind: Option<Wind>,
+    pub wind: Wind,
 }
 
 impl Origins<'_> {
     /// Those that there are.
     fn list(&self) -> Vec<Origin> {
         let is_as_written = Solver::of(self.runner) == Solver::written(self.loaded);
-        let is_windy = self.wind.is_some_and(|wind| 0.0 < wind.strength);
-        let is_touch_edited = shells_of(self.runner) != self.loaded.scene.shells;
-        let is_set_otherwise = !self.edits.iter().all(is_look);
-        let is_edited = !is_as_written || is_set_otherwise || is_windy || is_touch_edited;
+        let is_set_otherwise = !self.edits.iter().all(is_of_looks);
+        let is_edited = !is_as_written || is_set_otherwise;
         let earlier = (!self.history.is_empty()).then_some(Origin::Earlier);
         let scene = is_edited.then_some(Origin::Scene);
         [Origin::Here, Origin::Start].into_iter().chain(earlier).chain(scene).collect()
     }
 
     /// A copy of the run at one of them, the steps of which take no longer than those of the run.
-    pub(super) fn copy(&self, origin: Origin) -> Result<Runner, Error> {
+    pub(super) fn copy(&self, origin: Origin) -> Result<Runner, String> {
         let mut copy = self.unbounded(origin)?;
         copy.bound_work();
         Ok(copy)
     }
 
-    fn unbounded(&self, origin: Origin) -> Result<Runner, Error> {
+    fn unbounded(&self, origin: Origin) -> Result<Runner, String> {
+        let refused = |error: Error| error.to_string();
         let (settings, precision) = (self.runner.settings(), self.runner.precision());
         match origin {
             Origin::Here => Ok(self.runner.clone()),
             Origin::Earlier => {
                 let mut runner = self.runner.clone();
                 let moment = self.history.nth_back(self.steps_of_a_second());
-                moment.map_or(Ok(()), |moment| runner.go_back(moment))?;
+                moment.map_or(Ok(()), |moment| runner.go_back(moment)).map_err(refused)?;
                 Ok(runner)
             }
             Origin::Start => {
@@ -94,19 +93,19 @@ impl Origins<'_> {
                     // Chosen as at the first opening.
                     settings.substeps = self.loaded.settings.substeps;
                 }
-                let mut runner = open(self.loaded, settings, precision, automatic)?;
-                let strongest = self.wind.map(|wind| wind.strongest());
-                let wind = strongest.map(|force| Interaction::SetForce {
-                    value: self.loaded.scene.world.force + force,
-                });
-                self.edits.iter().copied().chain(wind).try_for_each(|edit| runner.queue(edit))?;
-                runner.apply_queued()?;
-                meet_as(&mut runner, shells_of(self.runner))?;
+                let mut runner =
+                    open(self.loaded, settings, precision, automatic).map_err(refused)?;
+                set_all(&mut runner, self.loaded, self.edits)?;
+                runner.calm();
+                if self.wind.is_gusty() {
+                    let value = self.loaded.force_in(self.wind.strongest(), 0.0);
+                    act(&mut runner, Interaction::SetForce { value }).map_err(refused)?;
+                }
                 Ok(runner)
             }
             Origin::Scene => {
                 let Loaded { settings, precision, automatic, .. } = *self.loaded;
-                open(self.loaded, settings, precision, automatic)
+                open(self.loaded, settings, precision, automatic).map_err(refused)
             }
         }
     }
@@ -203,7 +202,7 @@ impl Session {
     /// The states that the run could go on from.
     pub(super) fn origins(&self) -> Origins<'_> {
         let &Session { ref loaded, ref run, ref history, ref material, wind, .. } = self;
-        Origins { loaded, runner: run.runner(), history, edits: material.kept(), wind }
+        Origins { loaded, runner: run.runner(), history, edits: material.set(), wind }
     }
 
     /// The way back of about a second, as far as there is one, simulated seconds.
@@ -224,7 +223,7 @@ impl Session {
             }
             Remedy::SceneValues => {
                 self.material.forget(&self.loaded.made);
-                self.wind = None;
+                self.follow_wind();
             }
             Remedy::Back => {}
         }

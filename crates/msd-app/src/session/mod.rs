@@ -25,15 +25,16 @@ mod watching;
 
 pub use clock::{BUDGET, Frame, Pace};
 pub use failure::RunFailure;
-pub use hands::{MOST_HELD, Wind};
+pub use hands::MOST_HELD;
 pub use live_error::{ErrorNow, ErrorReading, WINDOW as ERROR_WINDOW};
 pub use material::{LookEdit, LookValues, Material, MaterialEdit, MaterialValues, MixedValue};
+pub use msd_scene::Wind;
 pub use parts::Parts;
 pub use past::{Deed, Mark, MarkKind};
 pub use run::{Reading, Revision, Run};
 pub use solver::{MOST_SUBSTEPS, Solver, Tuning};
 pub use throttle::Throttle;
-pub use touches::{PairValues, TouchEdit, TouchValues, pairs_of, shells_of};
+pub use touches::{TouchEdit, TouchValues, shells_of};
 pub use trace::{Sample, Trace, WINDOW as TRACE_WINDOW};
 pub use trade::{
     FormerTerms, Report, STUDY_DURATION, STUDY_MANNERS, Search, StudyFrom, Trade, choice_of,
@@ -50,7 +51,7 @@ use failure::WaysOut;
 use glam::DVec3;
 use hands::Grab;
 use live_error::LiveErrorMeter;
-use material::is_look;
+use material::{is_look, is_of_looks};
 use msd_core::stability::Estimator;
 use msd_core::{Energy, Error, Interaction, Settings, Vector};
 use msd_run::recording::Event;
@@ -78,8 +79,8 @@ pub struct Session {
     history: History,
     material: Material,
     grab: Grab,
-    /// The wind that the user made, and whether it acts on the run.
-    wind: Option<Wind>,
+    /// The wind, of the scene or as it was set, and whether it acts on the run.
+    wind: Wind,
     is_blowing: bool,
     energy: EnergyReadings,
     stability_light: StabilityLight,
@@ -128,7 +129,7 @@ impl Session {
             history: History::default(),
             material,
             grab: Grab::default(),
-            wind: None,
+            wind: Wind::default(),
             is_blowing: false,
             energy: EnergyReadings::default(),
             stability_light: StabilityLight::default(),
@@ -148,6 +149,7 @@ impl Session {
             space,
             refusal: None,
         };
+        session.follow_wind();
         session.material.read(session.run.runner());
         session.energy.sample((&session.run, &mut session.watch));
         Ok(session)
@@ -334,7 +336,7 @@ impl Session {
     fn restart_from(&mut self, origin: Origin) {
         let fresh = match self.origins().copy(origin) {
             Ok(fresh) => fresh,
-            Err(error) => return self.refusal = Some(error.to_string()),
+            Err(error) => return self.refusal = Some(error),
         };
         // A run that stopped by itself starts again by itself.
         if self.failure.take().is_some() {
@@ -587,8 +589,7 @@ impl Session {
     /// What is known of the error of space: of the scene as it was loaded, and so nothing once its
     /// material or its world was changed.
     pub fn space(&self) -> Option<&Space> {
-        let is_other = !self.material.kept().iter().all(is_look);
-        self.space.as_ref().filter(|_| !is_other && !self.is_blowing)
+        self.space.as_ref().filter(|_| self.material.set().iter().all(is_of_looks))
     }
 
     /// What was set of material and world.

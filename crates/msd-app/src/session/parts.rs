@@ -4,10 +4,11 @@ use super::run::{Reading, Run};
 use super::{Deed, Session};
 use glam::DVec3;
 use msd_core::{Interaction, Model, Plane, Real, Scene, Select, Vector};
+use msd_run::live::{keep_off, made_bodies, off, off_again, parts_off, select, set_all};
 use msd_run::{Runner, on};
-use msd_scene::{AnyState, Loaded, Precision};
-use msd_study::parts::Part;
-use std::mem::discriminant;
+use msd_scene::keys::Live;
+use msd_scene::parts::Part;
+use msd_scene::{AnyState, Assignment, Edits, Loaded, Precision};
 use std::ops::Range;
 
 /// A part that a scene has, with the springs that it consists of.
@@ -73,121 +74,77 @@ impl Session {
         self.parts.refresh(&self.run, &self.loaded);
     }
 
-    /// Switches a part of the model off, or on as the scene has it, in one edit. Springs come back
-    /// as what else was set makes them.
+    /// Switches a part of the model off, or on as the scene and what else was set make it, in one
+    /// edit.
     ///
-    /// Springs that are switched off stay where they are, with neither stiffness nor damping. What
-    /// fell through an obstacle is lifted out of it, body by body, before there is contact again.
+    /// What fell through an obstacle is lifted out of it, body by body, before there is contact
+    /// again.
     pub fn switch(&mut self, part: Part, on: bool) {
-        self.look_at_parts();
-        let off = self.off(part);
-        let edits = match (on, is_of_springs(part)) {
-            // All springs are set: those of the kinds that are off are off all the same.
-            (false, _) if part == Part::Damping => {
-                let again = self.off_again(&off[0]);
-                Ok(off.iter().copied().chain(again).collect())
-            }
-            (false, _) => Ok(off.clone()),
-            (true, false) => Ok(self.world_again(part)),
-            (true, true) => self.springs_again(part, &off),
+        let mut parts = parts_off(&self.material.set);
+        parts.retain(|&other| other != part);
+        if !on {
+            parts.push(part);
+        }
+        let mut set = self.material.set.clone();
+        keep_off(&parts, &mut set);
+        let acts = match on {
+            true => self.again(part, &set),
+            false => Ok(off(part, &self.loaded)),
         };
-        let edits = match edits {
-            Ok(edits) if edits.is_empty() => return,
-            Ok(edits) => edits,
-            Err(error) => return self.refusal = Some(error.to_string()),
+        let mut acts = match acts {
+            Ok(acts) if acts.is_empty() => return,
+            Ok(acts) => acts,
+            Err(refusal) => return self.refusal = Some(refusal),
         };
+        // All springs are set: those of the kinds that are off are off all the same.
+        acts.extend(off_again(&parts, &acts, &self.loaded));
         self.remember(Deed::Switch(part.name()));
         if part == Part::Contact && on {
             self.lift();
         }
-        if !self.act_all(&edits) {
-            self.undo.withdraw();
-        } else if on && is_of_springs(part) {
-            edits.iter().for_each(|edit| self.material.follow(edit));
-            // A restart gives them back by itself, and a link needs no edit for each spring.
-            self.material.give_up(&off);
+        if self.act_all(&acts) {
+            self.material.set = set;
         } else {
-            edits.into_iter().for_each(|edit| self.material.keep(edit));
+            self.undo.withdraw();
         }
     }
 
-    /// What switches a part off.
-    fn off(&self, part: Part) -> Vec<Interaction> {
-        let count = self.loaded.scene.springs.len();
-        let damping = |springs| Interaction::SetDamping { springs, value: 0.0 };
-        match part {
-            Part::Gravity => vec![Interaction::SetGravity { value: DVec3::ZERO }],
-            Part::Drag => vec![Interaction::SetDrag { value: 0.0 }],
-            Part::Contact => vec![Interaction::RemovePlanes],
-            Part::Damping => {
-                // Bends and volumes, which bodies of a material have, are damped too.
-                let undamped = |bodies| Interaction::SetRelaxationTime { bodies, value: 0.0 };
-                let made = self.made_bodies().map(undamped);
-                std::iter::once(damping(Select::All)).chain(made).collect()
-            }
-            Part::FaceDiagonals | Part::SpaceDiagonals | Part::BendingSprings => {
-                let kinds = self.parts.kinds.iter().flatten();
-                let rows = kinds.filter(|kind| kind.0 == part).flat_map(|kind| kind.1.clone());
-                rows.flat_map(|range| {
-                    let springs = select(range, count);
-                    [damping(springs), Interaction::SetStiffness { springs, value: 0.0 }]
-                })
-                .collect()
-            }
-        }
+    /// The parts that stay off once keys are set.
+    pub(super) fn off_but_for(&self, keys: &[Assignment]) -> Vec<Part> {
+        let mut parts = parts_off(&self.material.set);
+        parts.retain(|&part| !keys.iter().any(|key| sets(key, part)));
+        parts
     }
 
-    /// The bodies of the scene that are made of a material.
-    fn made_bodies(&self) -> impl Iterator<Item = Select> + '_ {
-        let made = self.loaded.made.iter().enumerate();
-        made.filter(|(_, made)| made.is_some()).map(|(body, _)| Select::Body(body))
+    /// What switches parts on that keys are about which are about to be set.
+    pub(super) fn on_again(&self, keys: &[Assignment]) -> Vec<Interaction> {
+        let (before, after) = (parts_off(&self.material.set), self.off_but_for(keys));
+        let mut set = self.material.set.clone();
+        keep_off(&after, &mut set);
+        let on = before.into_iter().filter(|part| !after.contains(part));
+        on.flat_map(|part| self.again(part, &set).unwrap_or_default()).collect()
     }
 
-    /// What keeps springs off that are off, after an edit that would give them something again.
-    pub(super) fn off_again(&mut self, edit: &Interaction) -> Vec<Interaction> {
-        use Interaction::{SetDamping, SetStiffness};
-        let is_off = |edit: &Interaction| {
-            matches!(edit, SetDamping { value: 0.0, .. } | SetStiffness { value: 0.0, .. })
-        };
-        // A slider that is dragged looks at no spring where none was switched off.
-        if !is_of_constants(edit) || !self.material.kept().iter().any(is_off) {
-            return Vec::new();
-        }
-        self.look_at_parts();
-        let is_kind = |part: Part| is_of_springs(part) && part != Part::Damping;
-        let parts = self.parts().iter().filter(|&&(part, on)| is_kind(part) && !on);
-        let off = parts.flat_map(|&(part, _)| self.off(part));
-        off.filter(|off| discriminant(off) == discriminant(edit)).collect()
-    }
-
-    /// What the scene has of a part of its world.
-    fn world_again(&self, part: Part) -> Vec<Interaction> {
-        let (planes, world) = (&self.loaded.scene.planes, self.loaded.scene.world);
-        match part {
-            Part::Gravity => vec![Interaction::SetGravity { value: world.gravity }],
-            Part::Drag => vec![Interaction::SetDrag { value: world.drag }],
-            _ => planes.iter().map(|&plane| Interaction::AddPlane { plane }).collect(),
-        }
-    }
-
-    /// Gives the springs of a part what the scene and the edits give them but for those that
-    /// switched it `off`.
-    fn springs_again(
-        &self,
-        part: Part,
-        off: &[Interaction],
-    ) -> Result<Vec<Interaction>, msd_core::Error> {
+    /// What gives a part of the model what the scene and what was set of it give it.
+    fn again(&self, part: Part, set: &Edits) -> Result<Vec<Interaction>, String> {
         // In double precision no number of the scene is rounded.
         let settings = self.runner().settings();
-        let mut whole = Runner::open_with(&self.loaded, settings, Precision::F64, false)?;
-        let kept = self.material.kept().iter().filter(|edit| !off.contains(edit));
-        kept.filter(|edit| is_of_constants(edit)).try_for_each(|&edit| whole.queue(edit))?;
-        whole.apply_queued()?;
-        let springs = whole.progress().0.springs;
-        let kinds = self.parts.kinds.iter().flatten().filter(|kind| kind.0 == part);
+        let whole = Runner::open_with(&self.loaded, settings, Precision::F64, false);
+        let mut whole = whole.map_err(|error| error.to_string())?;
+        set_all(&mut whole, &self.loaded, set)?;
+        let Scene { springs, planes, world, .. } = whole.progress().0;
+        match part {
+            Part::Gravity => return Ok(vec![Interaction::SetGravity { value: world.gravity }]),
+            Part::Drag => return Ok(vec![Interaction::SetDrag { value: world.drag }]),
+            Part::Contact => {
+                let add = |plane| Interaction::AddPlane { plane };
+                return Ok(planes.into_iter().map(add).collect());
+            }
+            _ => {}
+        }
         let rows: Vec<usize> = match part {
             Part::Damping => (0..springs.len()).collect(),
-            _ => kinds.flat_map(|kind| kind.1.iter().cloned().flatten()).collect(),
+            _ => part.found_in(&self.loaded.scene).into_iter().flatten().flatten().collect(),
         };
         let dampings = runs((&rows, springs.len()), |row| springs[row].damping);
         let damping = |(springs, value)| Interaction::SetDamping { springs, value };
@@ -201,9 +158,8 @@ impl Session {
                 let value = spring.damping / spring.stiffness;
                 Some(Interaction::SetRelaxationTime { bodies, value })
             };
-            edits.extend(self.made_bodies().filter_map(time));
-        }
-        if part != Part::Damping {
+            edits.extend(made_bodies(&self.loaded).filter_map(time));
+        } else {
             let runs = runs((&rows, springs.len()), |row| springs[row].stiffness);
             let stiffness = |(springs, value)| Interaction::SetStiffness { springs, value };
             edits.extend(runs.into_iter().map(stiffness));
@@ -227,23 +183,14 @@ impl Session {
     }
 }
 
-/// Whether a part is of springs, rather than of the world.
-fn is_of_springs(part: Part) -> bool {
-    !matches!(part, Part::Gravity | Part::Drag | Part::Contact)
-}
-
-/// Whether an edit sets constants of springs.
-fn is_of_constants(edit: &Interaction) -> bool {
-    use Interaction::{ScaleMaterial, SetDamping, SetRelaxationTime, SetStiffness};
-    matches!(
-        edit,
-        SetStiffness { .. } | SetDamping { .. } | ScaleMaterial { .. } | SetRelaxationTime { .. }
-    )
-}
-
-/// The springs of a range of rows, of so many in all.
-fn select(range: Range<usize>, count: usize) -> Select {
-    if range == (0..count) { Select::All } else { Select::Range(range.start, range.end) }
+/// Whether a key sets what a part is.
+fn sets(key: &Assignment, part: Part) -> bool {
+    match key.live() {
+        Live::Gravity => part == Part::Gravity,
+        Live::Drag => part == Part::Drag,
+        Live::Damping | Live::RelaxationTime | Live::Material => part == Part::Damping,
+        _ => false,
+    }
 }
 
 /// Rows that have one value and follow each other, with that value, of so many rows in all.

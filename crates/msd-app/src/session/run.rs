@@ -105,7 +105,10 @@ pub(super) fn open(
     automatic: bool,
 ) -> Result<Runner, Error> {
     let open = if IS_LAZY { Runner::open_lazily } else { Runner::open_with };
-    open(loaded, settings, precision, automatic)
+    let mut runner = open(loaded, settings, precision, automatic)?;
+    // The session sets gusts itself, as it records them.
+    runner.calm();
+    Ok(runner)
 }
 
 /// Does something to a simulation at once.

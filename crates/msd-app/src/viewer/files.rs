@@ -5,7 +5,7 @@ use super::{Command, Viewer};
 use msd_core::Settings;
 use msd_run::Runner;
 use msd_run::recording::ENDING;
-use msd_scene::{FileError, Loaded, Output, write_file, write_saved};
+use msd_scene::{FileError, Loaded, Output, Wind, write_file, write_saved};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -147,21 +147,30 @@ impl Viewer {
         Ok(format!("saved {name}; to go on from here: msd view {}", word(&name)))
     }
 
+    /// The run as it is and is looked at, to be saved: a wind in gusts goes on.
+    pub(crate) fn to_saved(&self) -> Loaded {
+        let (loaded, wind) = (self.session.loaded(), self.session.wind());
+        let mut now = self.session.runner().to_loaded(&loaded.name, &loaded.title);
+        let calm = loaded.force_in(Wind::default(), 0.0);
+        now.wind = (wind != Wind::default()).then_some((wind, calm));
+        if wind.is_gusty() {
+            now.scene.world.force = loaded.force_in(wind.mean(), 0.0);
+        }
+        Loaded { camera: self.viewpoint(), ..now }
+    }
+
     /// Saves the run as it is and is looked at, and returns the file.
     fn save_run(&self) -> Result<PathBuf, String> {
-        let loaded = self.session.loaded();
         let path = self.free_path("msd");
-        let now = self.session.runner().to_loaded(&loaded.name, &loaded.title);
-        let now = Loaded { camera: self.viewpoint(), ..now };
-        let save = || -> Result<(), FileError> { write_saved(&now, Output::create(&path)?) };
-        save().map_err(|error| error.to_string())?;
+        let save = || write_saved(&self.to_saved(), Output::create(&path)?);
+        save().map_err(|error: FileError| error.to_string())?;
         Ok(path)
     }
 
     /// Saves the scene with the values of solver, material and world, and returns the file.
     fn save_scene(&self) -> Result<PathBuf, String> {
         let (loaded, runner) = (self.session.loaded(), self.session.runner());
-        let made = self.session.material().made();
+        let (made, set) = (self.session.material().made(), self.session.material().set());
         let refused = |why: &str| format!("the scene cannot be saved: {why}; save the run instead");
         let builtin = msd_scene::BUILTINS.iter().find(|builtin| builtin.name == loaded.name);
         let toml = |file: &&PathBuf| file.extension() == Some(OsStr::new("toml"));
@@ -177,11 +186,14 @@ impl Viewer {
         let named = loaded.files.first().filter(|_| self.current().is_none());
         let written = msd_scene::open(named.map_or(Path::new(&loaded.name), PathBuf::as_path));
         let written = written.map_err(|error| refused(&error.to_string()))?;
-        let text = with_values(&text, &written, (runner, made)).map_err(|why| refused(&why))?;
+        let text = with_values(&text, &written, (runner, set)).map_err(|why| refused(&why))?;
         let path = free(&folder, &loaded.name, "toml");
         write_file(&path, text.as_bytes()).map_err(|error| error.to_string())?;
         let read = msd_scene::open(&path);
-        if read.is_ok_and(|read| says(&read, runner, made)) {
+        let wind = self.session.wind();
+        let force = loaded.force_in(wind.mean(), 0.0);
+        let is_windy = |read: &Loaded| read.wind() == wind && read.scene.world.force == force;
+        if read.is_ok_and(|read| is_windy(&read) && says(&read, runner, made)) {
             return Ok(path);
         }
         // A file that says something else would be a lie.

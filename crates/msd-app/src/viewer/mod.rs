@@ -29,7 +29,7 @@ pub use sides::Side;
 pub use viewport::{Sharpness, Viewport};
 
 use crate::link::{Changes, Link, LinkError, Look, OwnScene};
-use crate::session::{ErrorNow, ErrorReading, Session, Wind};
+use crate::session::{ErrorNow, ErrorReading, Session};
 use egui::Rect;
 use glam::Vec3;
 use msd_render::{Camera, Quality, Quantity, Scale, Style};
@@ -453,9 +453,6 @@ impl Viewer {
     /// A line on why a link cannot hold it.
     pub fn link(&self) -> Result<Link, String> {
         let (session, camera) = (&self.session, self.camera);
-        if session.is_touch_edited() {
-            return Err("a link cannot hold how bodies touch: save the scene instead".into());
-        }
         let name = &session.loaded().name;
         let target = if self.follow { self.beside } else { camera.target };
         let look = Look {
@@ -470,10 +467,11 @@ impl Viewer {
             settings: session.runner().settings(),
             automatic: session.runner().is_automatic(),
             precision: session.runner().precision(),
-            edits: session.material().edits(),
-            wind: session.wind(),
+            edits: session.material().scales(),
+            wind: [0.0; 3],
             speed: session.speed(),
             look,
+            set: session.material().set().clone(),
         };
         if self.current.is_some() {
             return Link { scene: name.clone(), own: None, changes: Some(changes) }.checked();
@@ -536,10 +534,8 @@ impl Viewer {
     fn set_up(&mut self, link: &Link) {
         let Some(changes) = &link.changes else { return };
         let session = &mut self.session;
-        session.edit_again(&changes.edits);
-        if changes.wind != Wind::default() {
-            session.set_wind(changes.wind);
-        }
+        let set = changes.set_of(session.loaded());
+        session.edit_again(&set, &changes.scales().collect::<Vec<_>>());
         session.set_speed(changes.speed);
         let Look { target, distance, yaw, pitch, follow, shown } = changes.look;
         show_bits(&mut self.style, shown);

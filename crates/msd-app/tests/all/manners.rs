@@ -9,7 +9,7 @@ use msd_app::session::MaterialEdit;
 use msd_app::viewer::{Viewer, catalogue};
 use msd_core::Real;
 use msd_run::on;
-use msd_study::parts::Part;
+use msd_scene::parts::Part;
 
 fn harness_of(viewer: Viewer, size: [f32; 2]) -> Harness<'static, Viewer> {
     window(viewer, size)

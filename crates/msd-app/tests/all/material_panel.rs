@@ -9,8 +9,8 @@ use msd_app::session::{MaterialEdit, Session};
 use msd_app::viewer::{Command, Viewer, catalogue};
 use msd_core::{Scene, Select};
 use msd_scene::materials::named;
+use msd_scene::parts::Part;
 use msd_scene::{Loaded, open};
-use msd_study::parts::Part;
 use std::path::{Path, PathBuf};
 
 /// A scene file of a sheet and of a block whose cells resist a change of volume too.

@@ -158,6 +158,10 @@ impl Watch {
 
     /// Reads the energy, once after each step, and what the method has added to it.
     pub fn read_energy(&mut self, runner: &Runner) -> Energy {
+        // Gusts do work that is in no account.
+        if runner.gust().is_some() {
+            self.forget_energy();
+        }
         let known = self.read.energy.filter(|&(_, steps)| steps == runner.steps());
         let energy = known.map_or_else(|| runner.show_to(&mut self.read.witness), |known| known.0);
         self.read.energy = Some((energy, runner.steps()));

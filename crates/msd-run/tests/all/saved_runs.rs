@@ -294,3 +294,22 @@ fn springs_are_alike_after_a_cut_as_after_a_file() {
     };
     assert!(same(&runner) && same(&there_and_back(&runner)));
 }
+
+#[test]
+fn a_run_in_gusts_is_that_of_its_scene_and_goes_on_from_a_saved_one() {
+    let text = "version = 1\n[world]\nforce = [0.01, 0.02, 0.03]\nwind = { strength = 0.2, \
+                heading_deg = 30, gusts = 0.75 }\n[solver]\nprecision = 'f64'\n[[bodies]]\n\
+                kind = 'cloth'\nsize = [5, 5]\nmass = 0.02\n[[pins]]\nset = 'top'\n";
+    let loaded = parse(text, SceneFormat::Toml, "windy").expect("a scene");
+    assert_eq!(loaded.wind().gusts, 0.75);
+    let mut runner = Runner::open(&loaded).expect("a valid scene");
+    let mut steady = runner.clone();
+    steady.calm();
+    step(&mut runner, 20);
+    step(&mut steady, 20);
+    assert_ne!(state_hash(&runner.state()), state_hash(&steady.state()));
+    let mut again = there_and_back(&runner);
+    step(&mut runner, 20);
+    step(&mut again, 20);
+    assert_eq!(state_hash(&again.state()), state_hash(&runner.state()));
+}

@@ -9,7 +9,7 @@ use crate::file::keys::Domain;
 use crate::file::look::{look, viewpoint};
 use crate::file::obstacles::{Solids, plane};
 use crate::file::schema::elsewhere::elsewhere;
-use crate::file::schema::{AirRow, GustRow, OrAuto, SceneFile, SolverRow, WorldRow};
+use crate::file::schema::{AirRow, GustRow, OrAuto, SceneFile, SolverRow, WindRow, WorldRow};
 use crate::file::sets::NamedSets;
 use crate::file::sets::links::links;
 use crate::file::sets::materials::set_materials;
@@ -18,10 +18,12 @@ use crate::file::substance::overburdened;
 use crate::file::touch::{pierced, started_in_each_other, started_inside, touch};
 use crate::file::tree::{Source, Value};
 use crate::materials::Made;
+use crate::model::Wind;
 use crate::precision::Precision;
 use crate::rounding::Rounding;
 use crate::shown::tame;
 use crate::viewpoint::Viewpoint;
+use msd_core::glam::DVec3;
 use msd_core::{Air, Gust, Integrator, Scene, Settings, World};
 
 /// A scene file that has been understood.
@@ -34,6 +36,7 @@ pub(crate) struct Understood {
     pub(crate) camera: Viewpoint,
     pub(crate) notes: Vec<String>,
     pub(crate) made: Vec<Option<Made>>,
+    pub(crate) wind: Option<(Wind, DVec3)>,
 }
 
 /// Understands a source.
@@ -62,7 +65,8 @@ pub(crate) fn understand_rows(
     source.precision.set(precision);
     let substeps = substeps(source, &file.solver)?;
     let settings = settings(source, &file.solver, substeps)?;
-    let world = world(source, &file.world)?;
+    let mut world = world(source, &file.world)?;
+    let wind = wind(source, file.world.wind, &mut world)?;
     let camera = viewpoint(source, file.camera.unwrap_or_default(), world.extent)?;
     let mut scene = Scene { world, ..Scene::default() };
     for (row, plane) in file.world.planes.iter().enumerate() {
@@ -106,6 +110,7 @@ pub(crate) fn understand_rows(
     if let Some(height) = source.drop {
         raise(&mut scene, height);
     }
+    file.off.iter().for_each(|part| part.switch_off(&mut scene));
     notes.extend(overburdened(&scene, &made));
     notes.extend(started_inside(source, &scene)?);
     notes.extend(started_in_each_other(&scene));
@@ -114,7 +119,7 @@ pub(crate) fn understand_rows(
     let title = file.title;
     // They quote names of bodies and files.
     let notes = notes.iter().map(|note| tame(note)).collect();
-    Ok(Understood { title, scene, settings, automatic, precision, camera, notes, made })
+    Ok(Understood { title, scene, settings, automatic, precision, camera, notes, made, wind })
 }
 
 /// Moves all particles up or down so that the lowest is at a height, metres.
@@ -208,6 +213,24 @@ fn world(source: &Source<'_>, row: &WorldRow) -> Result<World, FileError> {
         air: row.air.as_ref().map(|row| air(source, row)).transpose()?,
         extent,
     })
+}
+
+/// The wind and the uniform force without it, to which its mean is added.
+fn wind(
+    source: &Source<'_>,
+    row: Option<WindRow>,
+    world: &mut World,
+) -> Result<Option<(Wind, DVec3)>, FileError> {
+    let Some(row) = row else { return Ok(None) };
+    let number = |key: &str, value: Option<f64>| {
+        source.number(format_args!("world.wind.{key}"), value.unwrap_or(0.0))
+    };
+    number("strength", row.strength)?;
+    number("heading_deg", row.heading_deg)?;
+    number("gusts", row.gusts)?;
+    let (wind, calm) = (Wind::from(row), world.force);
+    world.force += wind.mean().force(0.0);
+    Ok((wind != Wind::default()).then_some((wind, calm)))
 }
 
 fn air(source: &Source<'_>, row: &AirRow) -> Result<Air, FileError> {

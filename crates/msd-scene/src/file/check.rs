@@ -1,7 +1,7 @@
 //! Checks of values against the domains of their keys, and what refusals say.
 
 use crate::error::{FileError, plain};
-use crate::file::keys::{Domain, KeyRow};
+use crate::file::keys::{Domain, KeyRow, without_rows};
 use crate::file::schema::find;
 use crate::file::tree::{Source, Value};
 use crate::precision::Precision;
@@ -142,16 +142,6 @@ impl Source<'_> {
             self.out_of_domain(key, index, expected)
         })
     }
-}
-
-/// A key such as `bodies[2].mass` without the numbers of rows: `bodies.mass`.
-pub(crate) fn without_rows(key: &str) -> String {
-    let mut inside = false;
-    let mut kept = |letter: &char| {
-        inside = *letter == '[' || inside && *letter != ']';
-        !inside && *letter != ']'
-    };
-    key.chars().filter(|letter| kept(letter)).collect()
 }
 
 impl Source<'_> {

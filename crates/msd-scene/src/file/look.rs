@@ -2,7 +2,7 @@
 
 use crate::error::FileError;
 use crate::file::schema::{BodyRow, CameraRow, Finish, Kind, LookRow};
-use crate::file::tree::Source;
+use crate::file::tree::{Node, Source, Value};
 use crate::shown::tame;
 use crate::viewpoint::Viewpoint;
 use msd_core::Look;
@@ -41,6 +41,42 @@ pub(crate) fn look(
         look.back = Some(colour(source, format_args!("{key}.back"), text)?);
     }
     Ok(look)
+}
+
+/// The look of a row on its own, of a sheet or not.
+///
+/// # Errors
+/// A value outside its domain.
+pub fn look_of(row: LookRow, is_sheet: bool) -> Result<Look, FileError> {
+    let source = Source::of(Node { value: Value::Nothing, offset: None }, "look");
+    look(&source, (0, &BodyRow { look: Some(row), ..BodyRow::default() }), is_sheet)
+}
+
+/// A look as a row: a finish, and what differs from it.
+pub fn look_row(look: &Look) -> LookRow {
+    let finish = Finish::of(look);
+    let usual = finish.look();
+    let number = |now: f32, usual: f32| (now != usual).then(|| shortest(now));
+    LookRow {
+        finish: Some(finish),
+        colour: look.colour.filter(|_| look.colour != usual.colour).map(hex),
+        back: look.back.map(hex),
+        roughness: number(look.roughness, usual.roughness),
+        translucency: number(look.translucency, usual.translucency),
+        pattern: (look.pattern != usual.pattern).then_some(look.pattern),
+        pattern_size: number(look.pattern_size, 0.0),
+    }
+}
+
+/// A colour as it is written.
+fn hex(colour: [f32; 3]) -> String {
+    let [red, green, blue] = colour.map(|part| (part * 255.0).round() as u8);
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
+/// The number of fewest digits that is the same in single precision.
+fn shortest(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or(value.into())
 }
 
 /// What a body of a kind seems to be made of.

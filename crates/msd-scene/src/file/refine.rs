@@ -12,7 +12,7 @@ use crate::file::build::{Understood, understand_rows};
 use crate::file::decode::decode;
 use crate::file::schema::{
     BodyKey, BodyRow, EndRow, Kind, LinkRow, MassRow, MaterialRow, PinRow, SceneFile, TouchRow,
-    WorldRow, find,
+    WindRow, WorldRow, find,
 };
 use crate::file::sets::NamedSets;
 use crate::file::sets::own::{Groups, OwnSets, groups};
@@ -196,6 +196,10 @@ fn world(
     Ok(WorldRow {
         drag: world.drag.map(|drag| drag * factor("world.drag")),
         force: world.force.map(|force| force.map(|part| part * factor("world.force"))),
+        wind: world.wind.map(|wind| WindRow {
+            strength: wind.strength.map(|strength| strength * factor("world.wind.strength")),
+            ..wind
+        }),
         ..world.clone()
     })
 }

@@ -1,9 +1,8 @@
 //! Several refusals of one scene file at once, so that they can be mended in one go.
 
 use crate::error::FileError;
-use crate::file::check::without_rows;
 use crate::file::decode::mend;
-use crate::file::keys::Domain;
+use crate::file::keys::{Domain, without_rows};
 use crate::file::schema::elsewhere::elsewhere;
 use crate::file::schema::{SceneFile, find};
 use crate::file::tree::{Node, Source, Value};

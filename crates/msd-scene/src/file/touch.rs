@@ -6,9 +6,11 @@ pub(crate) use starts::{started_in_each_other, started_inside};
 
 use crate::crossing::{Triangle, each_crossing};
 use crate::error::{FileError, nearest, plain};
+use crate::file::decode::decode;
+use crate::file::keys::Live;
 use crate::file::obstacles::short;
-use crate::file::schema::{BodyRow, Kind, TouchRow, WithRow};
-use crate::file::tree::Source;
+use crate::file::schema::{BodyKey, BodyRow, Kind, SceneFile, TouchRow, VERSION, WithRow};
+use crate::file::tree::{Assignment, Node, Source, Value};
 use msd_core::glam::DVec3;
 use msd_core::scene::{Between, Shell};
 use msd_core::{Scene, Settings, Shape, Simulation};
@@ -32,20 +34,108 @@ pub(crate) fn touch(
     scene: &mut Scene,
     notes: &mut Vec<String>,
 ) -> Result<(), FileError> {
-    let mut rows = vec![None; bodies.len()];
-    for (row, body) in bodies.iter().enumerate() {
-        let Some(touch) = &body.touch else { continue };
+    let exempt = |scene: &Scene, row: usize, shell: &Shell| {
+        if bodies[row].kind == Kind::Mesh { closed(scene, shell) } else { Vec::new() }
+    };
+    let rows: Vec<_> = bodies.iter().map(|body| body.touch.as_ref()).collect();
+    scene.shells = shells(source, (&rows, &exempt), scene, notes)?;
+    Ok(())
+}
+
+/// How the bodies of a scene meet where some keys inside `bodies[N].touch` are set; other keys are
+/// passed over.
+///
+/// # Errors
+/// A number out of its domain, an unknown name, a body without a thickness.
+pub fn shells_of<'e>(
+    scene: &Scene,
+    edits: impl Iterator<Item = &'e Assignment>,
+) -> Result<Vec<Shell>, FileError> {
+    let exempt = |scene: &Scene, row: usize, shell: &Shell| match own(&scene.shells, scene, row) {
+        Some((_, written)) => written.exempt.clone(),
+        None => closed(scene, shell),
+    };
+    let rows = touch_rows(scene, edits)?;
+    let rows: Vec<_> = rows.iter().map(Option::as_ref).collect();
+    let root = Node { value: Value::Nothing, offset: None };
+    shells(&Source::of(root, "contact"), (&rows, &exempt), scene, &mut Vec::new())
+}
+
+/// How the bodies of a scene meet, as rows of a scene file, where some keys are set as in
+/// [`shells_of`]. How two bodies meet stands with the later one.
+///
+/// # Errors
+/// A key or a value that a scene cannot have.
+pub fn touch_rows<'e>(
+    scene: &Scene,
+    edits: impl Iterator<Item = &'e Assignment>,
+) -> Result<Vec<Option<TouchRow>>, FileError> {
+    let row = |row| BodyRow { touch: written(scene, row), ..BodyRow::default() };
+    let bodies = (0..scene.bodies.len()).map(row).collect();
+    let file = SceneFile { version: VERSION, bodies, ..SceneFile::default() };
+    let refused = |error: &dyn std::fmt::Display| {
+        let (file, reason) = ("contact".into(), error.to_string());
+        FileError::Unreadable { file, reason }
+    };
+    let root = serde_json::to_value(file).and_then(serde_json::from_value);
+    let mut source = Source::of(root.map_err(|error| refused(&error))?, "contact");
+    edits.filter(|edit| edit.live() == Live::Touch).try_for_each(|edit| edit.apply(&mut source))?;
+    let file: SceneFile = decode(&source)?;
+    Ok(file.bodies.into_iter().map(|body| body.touch).collect())
+}
+
+/// The shell of a body, with its place among all.
+fn own<'s>(shells: &'s [Shell], scene: &Scene, body: usize) -> Option<(usize, &'s Shell)> {
+    shells.iter().enumerate().find(|(_, shell)| shell.is_of(&scene.bodies[body]))
+}
+
+/// How a body of a scene meets others, as a row of a scene file.
+fn written(scene: &Scene, row: usize) -> Option<TouchRow> {
+    let (_, shell) = own(&scene.shells, scene, row)?;
+    let key = |shell: usize| {
+        let is_of = |body: &msd_core::Body| scene.shells[shell].is_of(body);
+        BodyKey::Number(scene.bodies.iter().position(is_of).unwrap_or(row) as u64)
+    };
+    let with = |&Between { shell, friction, restitution }: &Between| WithRow {
+        body: key(shell),
+        friction,
+        restitution,
+        ..WithRow::default()
+    };
+    Some(TouchRow {
+        thickness: Some(shell.thickness),
+        friction: Some(shell.friction),
+        restitution: Some(shell.restitution),
+        itself: Some(shell.itself),
+        obstacles: Some(shell.obstacles),
+        ignore: shell.ignored.iter().map(|&shell| key(shell)).collect(),
+        with: shell.between.iter().map(with).collect(),
+        ..TouchRow::default()
+    })
+}
+
+/// The pairs of particles of the shell of a body that do not meet each other.
+type Exempt<'e> = &'e dyn Fn(&Scene, usize, &Shell) -> Vec<[usize; 2]>;
+
+/// The shells of the bodies of a scene by their rows.
+fn shells(
+    source: &Source<'_>,
+    (touches, exempt): (&[Option<&TouchRow>], Exempt<'_>),
+    scene: &Scene,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Shell>, FileError> {
+    let (mut shells, mut rows) = (Vec::new(), vec![None; touches.len()]);
+    for (row, touch) in touches.iter().enumerate() {
+        let Some(touch) = touch else { continue };
         let thickness = thickness(source, (row, touch), scene, notes)?;
-        rows[row] = Some(scene.shells.len());
+        rows[row] = Some(shells.len());
         let mut shell = made(source, (row, touch), thickness, scene)?;
-        if body.kind == Kind::Mesh {
-            shell.exempt = closed(scene, &shell);
-        }
+        shell.exempt = exempt(scene, row, &shell);
         notes.extend(superfluous(&scene.bodies[row].name, touch));
-        scene.shells.push(shell);
+        shells.push(shell);
     }
-    for (row, body) in bodies.iter().enumerate() {
-        for (at, name) in body.touch.iter().flat_map(|touch| touch.ignore.iter().enumerate()) {
+    for (row, touch) in touches.iter().enumerate() {
+        for (at, name) in touch.iter().flat_map(|touch| touch.ignore.iter().enumerate()) {
             let key = format!("bodies[{row}].touch.ignore[{at}]");
             let other = named(source, &key, name, scene)?;
             if row == other && rows[row].is_some() {
@@ -53,17 +143,17 @@ pub(crate) fn touch(
                 return Err(source.refuse(format_args!("{key}"), reason));
             }
             if let (Some(a), Some(b)) = (rows[row], rows[other]) {
-                scene.shells[a.max(b)].ignored.push(a.min(b));
+                shells[a.max(b)].ignored.push(a.min(b));
             }
         }
     }
-    for (row, body) in bodies.iter().enumerate() {
-        for (at, with) in body.touch.iter().flat_map(|touch| touch.with.iter().enumerate()) {
+    for (row, touch) in touches.iter().enumerate() {
+        for (at, with) in touch.iter().flat_map(|touch| touch.with.iter().enumerate()) {
             let key = format!("bodies[{row}].touch.with[{at}]");
-            notes.extend(add_between(source, (&key, row, with), &rows, scene)?);
+            notes.extend(add_between(source, (&key, row, with), (&rows, scene), &mut shells)?);
         }
     }
-    Ok(())
+    Ok(shells)
 }
 
 /// The thickness of a body, metres; notes where it follows from the radius of an older file.
@@ -75,7 +165,9 @@ fn thickness(
 ) -> Result<f64, FileError> {
     let key = format!("bodies[{row}].touch");
     let spacing = spacing(scene, row);
-    let most = spacing.map_or(f64::INFINITY, |spacing| THICKEST * spacing);
+    // By either rounding: the window sets four times the default.
+    let most = |spacing: f64| f64::max(THICKEST * spacing, 4.0 * (THICKNESS * spacing));
+    let most = spacing.map_or(f64::INFINITY, most);
     match (touch.thickness, touch.radius) {
         (Some(_), Some(_)) => {
             let reason = "is the older name of `thickness`, which is given too; remove `radius`";
@@ -213,8 +305,8 @@ fn superfluous(body: &str, touch: &TouchRow) -> Option<String> {
 fn add_between(
     source: &Source<'_>,
     (key, row, with): (&str, usize, &WithRow),
-    rows: &[Option<usize>],
-    scene: &mut Scene,
+    (rows, scene): (&[Option<usize>], &Scene),
+    shells: &mut [Shell],
 ) -> Result<Option<String>, FileError> {
     let of_body = format!("{key}.body");
     let refuse = |reason: &str| Err(source.refuse(format_args!("{of_body}"), reason));
@@ -223,15 +315,15 @@ fn add_between(
     };
     let friction = number("friction", with.friction)?;
     let restitution = number("restitution", with.restitution)?;
-    let name = &with.body;
-    let other = named(source, &of_body, name, scene)?;
+    let other = named(source, &of_body, &with.body, scene)?;
+    let name = &scene.bodies[other].name;
     let (Some(a), Some(b)) = (rows[row], rows[other]) else {
         return Ok(Some(format!("{key} has no effect: \"{name}\" has no table `touch`")));
     };
     if a == b {
         return refuse("is the body itself; set its own values in `touch`");
     }
-    let shell = &mut scene.shells[a.max(b)];
+    let shell = &mut shells[a.max(b)];
     if shell.ignored.contains(&a.min(b)) {
         return refuse(&format!("is \"{name}\", and one of the two ignores the other"));
     }
@@ -344,10 +436,16 @@ pub(crate) fn pierced(scene: &Scene) -> Vec<String> {
     notes
 }
 
-/// The body of a name.
-fn named(source: &Source<'_>, key: &str, name: &str, scene: &Scene) -> Result<usize, FileError> {
+/// The body of a name or a number.
+fn named(source: &Source<'_>, key: &str, by: &BodyKey, scene: &Scene) -> Result<usize, FileError> {
     let bodies = &scene.bodies;
-    let mut called = (0..bodies.len()).filter(|&body| bodies[body].name == name);
+    let name = match by {
+        &BodyKey::Number(number) => {
+            return source.index(format_args!("{key}"), number, ("body", bodies.len()));
+        }
+        BodyKey::Name(name) => name,
+    };
+    let mut called = (0..bodies.len()).filter(|&body| bodies[body].name == *name);
     let reason = match (called.next(), called.next()) {
         (Some(body), None) => return Ok(body),
         (Some(a), Some(b)) => {

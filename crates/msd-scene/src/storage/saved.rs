@@ -6,7 +6,8 @@ use crate::disk::Output;
 use crate::error::FileError;
 use crate::loaded::Loaded;
 use crate::shown::shown_path;
-use crate::storage::envelope::{FileKind, Found};
+use crate::storage::envelope::{FileKind, Found, frame};
+use std::io::Write;
 use std::path::Path;
 
 /// How the name of a saved run ends.
@@ -22,6 +23,10 @@ const KIND: FileKind = FileKind { what: "saved run", format: 16 };
 /// [`FileError::Unwritable`].
 pub fn write_saved(loaded: &Loaded, mut output: Output) -> Result<(), FileError> {
     KIND.begin(&mut output, loaded)?;
+    if let Some(wind) = &loaded.wind {
+        let written = frame(wind).and_then(|frame| output.write_all(&frame));
+        written.map_err(|error| output.refused(&error))?;
+    }
     output.finish_safely()
 }
 
@@ -30,7 +35,15 @@ pub fn write_saved(loaded: &Loaded, mut output: Output) -> Result<(), FileError>
 /// # Errors
 /// [`FileError::Unwritable`].
 pub fn saved_bytes(loaded: &Loaded) -> Result<Vec<u8>, FileError> {
-    KIND.bytes(loaded)
+    let mut bytes = KIND.bytes(loaded)?;
+    if let Some(wind) = &loaded.wind {
+        let refused = |error: std::io::Error| FileError::Unwritable {
+            file: KIND.what.into(),
+            reason: error.to_string(),
+        };
+        bytes.extend(frame(wind).map_err(refused)?);
+    }
+    Ok(bytes)
 }
 
 /// Reads a saved run from a file.
@@ -49,9 +62,14 @@ pub fn load_saved(path: &Path) -> Result<Loaded, FileError> {
 /// no saved run, are cut short or do not fit their checksum.
 pub fn read_saved(bytes: &[u8], name: &str) -> Result<Loaded, FileError> {
     let mut frames = KIND.frames(bytes, name)?;
-    let loaded: Loaded = frames.expect()?;
-    match frames.next_frame() {
-        Found::End if loaded.is_saved() => Ok(loaded),
+    let mut loaded: Loaded = frames.expect()?;
+    let mut rest = frames.next_frame();
+    if let Found::Whole(content) = rest {
+        loaded.wind = Some(postcard::from_bytes(content).map_err(|_| frames.damaged())?);
+        rest = frames.next_frame();
+    }
+    match rest {
+        Found::End if loaded.is_saved() && loaded.wind().is_usable() => Ok(loaded),
         _ => Err(frames.damaged()),
     }
 }

@@ -23,6 +23,10 @@ fn domain(key: &KeyRow) -> String {
         }
         (Domain::Any, Form::Table(_)) => "table".into(),
         (Domain::Any, Form::List(Form::Text, _)) => "list of names".into(),
+        (Domain::Any, Form::List(Form::Choice(names), _)) => {
+            let names: Vec<String> = names().iter().map(|name| format!("`{name}`")).collect();
+            format!("list of {}", names.join(", "))
+        }
         (Domain::Any, Form::List(..)) => "list of tables".into(),
         (Domain::Any, _) => "text".into(),
         (Domain::Filled, _) => format!("list of tables, {words}"),

@@ -9,7 +9,7 @@ fn load(bodies: &str) -> Loaded {
 }
 
 #[test]
-fn bodies_are_ignored_by_name_in_either_order() {
+fn bodies_are_ignored_by_name_or_number_in_either_order() {
     let rope = |name: &str, ignore: &str| {
         format!(
             "[[bodies]]\nkind = 'rope'\nname = '{name}'\nsize = [3]\n\
@@ -20,6 +20,8 @@ fn bodies_are_ignored_by_name_in_either_order() {
     let rows = load(&all).scene.shells;
     let ignored: Vec<&[usize]> = rows.iter().map(|row| &row.ignored[..]).collect();
     assert_eq!(ignored, [&[][..], &[0], &[0]]);
+    let by_number = [rope("a", "2"), rope("b", "0"), rope("c", "")].concat();
+    assert_eq!(load(&by_number).scene.shells, rows);
 }
 
 #[test]

@@ -5,5 +5,4 @@ pub mod audit;
 mod pulled;
 pub mod inspection;
 pub mod limits;
-pub mod parts;
 pub mod terms;

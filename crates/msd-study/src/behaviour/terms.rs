@@ -1,7 +1,6 @@
 //! The worth of each part of the model, switched off one at a time: how much the answer changes,
 //! and how much time that saves.
 
-use crate::behaviour::parts::Part;
 use crate::measure::clock::CpuClock;
 use crate::measure::errors::rms_distance;
 use crate::measure::leave::{Halt, Leave, ask, unstopped};
@@ -10,6 +9,7 @@ use crate::measure::trial::{state, time_run};
 use crate::quantity::rounded;
 use msd_core::{Error, Scene, Settings, Spring, State};
 use msd_run::Runner;
+use msd_scene::parts::Part;
 use msd_scene::{Loaded, Precision};
 use serde::{Deserialize, Serialize};
 

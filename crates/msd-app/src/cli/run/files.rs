@@ -105,6 +105,9 @@ impl Files {
             let event = Event::Settings(settings);
             self.attempt(|files| &mut files.recorder, |recorder| recorder.add(&event));
         }
+        if let Some(gust) = runner.gust() {
+            self.attempt(|files| &mut files.recorder, |recorder| recorder.add(&Event::Act(gust)));
+        }
         self.attempt(|files| &mut files.recorder, Recorder::step);
         if let Some(saver) = &mut self.save
             && saver.every.is_some_and(|every| taken.is_multiple_of(every))

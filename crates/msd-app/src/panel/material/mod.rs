@@ -18,14 +18,12 @@ use std::ops::RangeInclusive;
 const PREFIXED: [&str; 4] = ["N/m", "Pa", "s", "m"];
 
 /// What sliders mean that are not of a key of a scene, and their units, by their names.
-const OWN: [(&str, &str, &str); 7] = [
+const OWN: [(&str, &str, &str); 5] = [
     ("Its size", "Of a square, a stripe or a thread; 0 for one that suits the body", "m"),
     ("Rest length", "Length of the springs at rest, times that of the scene", " ×"),
     ("Mass", "Mass of each particle", " kg"),
     ("Gravity", "Acceleration downwards", " m/s²"),
     ("Friction", "Friction of planes and solids, by the law below", ""),
-    ("Heading", "Direction of the wind; 0° is along x", "°"),
-    ("Gusts", "How much the wind comes and goes: 0 is steady", ""),
 ];
 
 /// What a slider means and its unit: those of a key of a scene, or its own.
@@ -66,7 +64,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         }
         let reset = Button::new("Reset and restart");
         let session = &viewer.session;
-        let edited = session.material().is_edited() || session.is_touch_edited();
+        let edited = session.material().is_edited();
         let hover = "Restore material and world of the scene, and start again";
         if ui.add_enabled(edited, reset).on_hover_text(hover).clicked() {
             viewer.let_go();
@@ -393,15 +391,17 @@ fn wind(ui: &mut Ui, Viewer { session, landmarks, .. }: &mut Viewer) {
     let mut wanted = now;
     let number = |first: f64| MixedValue { first, mixed: false };
     let (value, rect) =
-        change(ui, ("Wind", "world.force"), number(now.strength), 0.0..=100.0, 0.01);
+        change(ui, ("Wind", "world.wind.strength"), number(now.strength), 0.0..=100.0, 0.01);
     landmarks.insert("wind", rect);
     wanted.strength = value.unwrap_or(now.strength);
     if 0.0 < now.strength {
         let heading = number(now.heading.to_degrees());
-        let (value, rect) = change(ui, ("Heading", ""), heading, -180.0..=180.0, 0.0);
+        let (value, rect) =
+            change(ui, ("Heading", "world.wind.heading_deg"), heading, -180.0..=180.0, 0.0);
         landmarks.insert("heading", rect);
         wanted.heading = value.map_or(now.heading, f64::to_radians);
-        let (value, rect) = change(ui, ("Gusts", ""), number(now.gusts), 0.0..=1.0, 0.0);
+        let (value, rect) =
+            change(ui, ("Gusts", "world.wind.gusts"), number(now.gusts), 0.0..=1.0, 0.0);
         landmarks.insert("gusts", rect);
         wanted.gusts = value.unwrap_or(now.gusts);
         let text = RichText::new("on every particle; 0° is along x").small().color(theme::FAINT);

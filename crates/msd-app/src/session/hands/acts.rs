@@ -1,10 +1,13 @@
 //! The acts of hands on a session: grabs, groups, pins, cuts and wind.
 
 use super::grab::{Grab, HeldSolid, MOST_HELD, force};
+use crate::session::material::WIND;
 use crate::session::{Deed, Session, Wind};
 use glam::DVec3;
-use msd_core::Interaction;
+use msd_core::{Interaction, Vector};
 use msd_run::on;
+use msd_scene::Assignment;
+use msd_scene::schema::WindRow;
 
 /// What the user does to particles and springs, one by one.
 impl Session {
@@ -84,8 +87,17 @@ impl Session {
     /// Makes a wind, which can be undone; one of strength 0 ends it.
     pub fn set_wind(&mut self, wind: Wind) {
         self.remember(Deed::Wind);
-        (self.wind, self.is_blowing) = (Some(wind), false);
+        let row = (wind != self.loaded.wind()).then(|| WindRow::from(wind));
+        let edit = row.map(|row| Assignment::new(WIND, row));
+        self.material.set_wind(edit);
+        self.follow_wind();
         self.blow();
+    }
+
+    /// Takes the wind from what was set of the scene, or as the scene has it.
+    pub(in crate::session) fn follow_wind(&mut self) {
+        let row = self.material.set().of(WIND).and_then(|edit| edit.read::<WindRow>().ok());
+        (self.wind, self.is_blowing) = (row.map_or(self.loaded.wind(), Wind::from), false);
     }
 
     /// Moves the pins and the solid that are held, and lets the wind act: before each step.
@@ -100,11 +112,14 @@ impl Session {
 
     /// Lets the wind act: once where it is new, and before each step where it comes in gusts.
     pub(in crate::session) fn blow(&mut self) {
-        let Some(wind) = self.wind.filter(|wind| !self.is_blowing || wind.is_gusty()) else {
+        let wind = self.wind;
+        if self.is_blowing && !wind.is_gusty() {
             return;
-        };
-        let value = self.loaded.scene.world.force + wind.force(self.runner().time());
-        self.is_blowing = self.act(Interaction::SetForce { value });
+        }
+        let value = self.loaded.force_in(wind, self.runner().time());
+        let is_so =
+            on!(self.runner(), simulation => simulation.model().force() == Vector::of(value));
+        self.is_blowing = is_so || self.act(Interaction::SetForce { value });
     }
 
     /// Lets go and selects nothing.
@@ -172,14 +187,12 @@ impl Session {
     /// The uniform force of the scene with the mean of a gusty wind, newtons; `None` where the
     /// force of the run is steady.
     pub(in crate::session) fn steady_force(&self) -> Option<DVec3> {
-        let wind = self.wind.filter(Wind::is_gusty)?;
-        let mean = Wind { gusts: 0.0, ..wind };
-        Some(self.loaded.scene.world.force + mean.force(0.0))
+        self.wind.is_gusty().then(|| self.loaded.force_in(self.wind.mean(), 0.0))
     }
 
-    /// The wind that the user made.
+    /// The wind, of the scene or as it was set.
     pub fn wind(&self) -> Wind {
-        self.wind.unwrap_or_default()
+        self.wind
     }
 
     /// The particle that buttons and keys act on.

@@ -3,5 +3,4 @@
 mod grab;
 mod acts;
 
-pub use crate::link::Wind;
 pub use grab::{Grab, MOST_HELD};

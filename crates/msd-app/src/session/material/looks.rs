@@ -4,7 +4,9 @@ use super::MixedValue;
 use crate::session::{Deed, Session};
 use msd_core::{Body, Interaction, Look, Pattern, Select};
 use msd_run::on;
+use msd_scene::keys::Live;
 use msd_scene::schema::Finish;
+use msd_scene::{Assignment, look_row};
 
 /// A part of how the selected bodies look.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,24 +118,23 @@ pub(in crate::session) fn is_look(edit: &Interaction) -> bool {
     matches!(edit, Interaction::SetLook { .. })
 }
 
+/// The same of a key.
+pub(in crate::session) fn is_of_looks(edit: &Assignment) -> bool {
+    edit.live() == Live::Look
+}
+
 /// What the user sets of looks.
 impl Session {
     /// Sets a part of how the selected bodies look.
     pub fn edit_look(&mut self, edit: LookEdit) {
         let begins = self.remember(Deed::Edit(edit.words()));
-        let looks = self.selected_bodies(|bodies| {
-            let look = |&(body, row): &(usize, &Body)| (body, edit.apply(row));
-            bodies.iter().map(look).collect::<Vec<_>>()
+        let keys = self.selected_bodies(|bodies| {
+            let look = |&(body, row): &(usize, &Body)| {
+                Assignment::new(&format!("bodies[{body}].look"), look_row(&edit.apply(row)))
+            };
+            bodies.iter().map(look).collect()
         });
-        let mut accepted = false;
-        for (body, look) in looks {
-            let set = Interaction::SetLook { body, look };
-            if self.act(set) {
-                self.material.keep(set);
-                accepted = true;
-            }
-        }
-        if begins && !accepted {
+        if !self.set(keys) && begins {
             self.undo.withdraw();
         }
     }

@@ -6,10 +6,12 @@ pub use looks::{LookEdit, LookValues};
 
 use super::{Deed, Session};
 use glam::DVec3;
-pub(super) use looks::is_look;
-use msd_core::{Friction, Interaction, MaterialNumber, Model, Real, Scene, Select, Vector};
+pub(super) use looks::{is_look, is_of_looks};
+use msd_core::{Friction, Interaction, Model, Real, Scene, Select, Vector};
+use msd_run::live::{Target, keep_off, off_again, set_all};
 use msd_run::{Runner, on};
-use msd_scene::materials::{Made, Named, Numbers};
+use msd_scene::materials::{Made, Named};
+use msd_scene::{Assignment, Edits};
 
 /// A number of the selected bodies, or of the world, that the user sets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,15 +63,18 @@ impl MaterialEdit {
     }
 }
 
+/// The key of the wind.
+pub(super) const WIND: &str = "world.wind";
+
 /// What was set since the scene was loaded, and the values that resulted.
 #[derive(Clone, Debug, Default)]
 pub struct Material {
-    /// The edits that still count, oldest first, to be applied again after a restart.
-    kept: Vec<Interaction>,
+    /// What was set of keys of the scene, to be set again after a restart.
+    pub(super) set: Edits,
     /// How much longer springs are at rest than those of the scene, since the last restart.
     scales: Vec<(Select, f64)>,
     /// What each body is made of now; none of one that is given by masses and springs.
-    made: Vec<Option<Made>>,
+    pub(super) made: Vec<Option<Made>>,
     values: MaterialValues,
 }
 
@@ -100,32 +105,32 @@ impl Material {
         &self.values
     }
 
-    /// Whether a number was set that a restart keeps.
+    /// Whether anything was set that a restart keeps.
     pub fn is_edited(&self) -> bool {
-        !self.kept.is_empty()
+        !self.set.is_empty()
     }
 
-    /// The edits that still count, oldest first.
-    pub fn kept(&self) -> &[Interaction] {
-        &self.kept
+    /// What was set of keys of the scene.
+    pub fn set(&self) -> &Edits {
+        &self.set
     }
 
-    /// Gives up edits: what they had set was set back.
-    pub(super) fn give_up(&mut self, edits: &[Interaction]) {
-        self.kept.retain(|edit| !edits.contains(edit));
+    /// Sets the wind, or leaves it as the scene has it.
+    pub(super) fn set_wind(&mut self, edit: Option<Assignment>) {
+        self.set.forget(WIND);
+        edit.into_iter().for_each(|edit| self.set.set(edit));
     }
 
-    /// All that makes the scene as it is set now: the edits that still count and the rest lengths,
-    /// which a restart gives back.
-    pub fn edits(&self) -> Vec<Interaction> {
+    /// How much longer springs are at rest than those of the scene, since the last restart.
+    pub fn scales(&self) -> Vec<Interaction> {
         let scale =
             |&(springs, factor): &(Select, f64)| Interaction::ScaleRestLength { springs, factor };
-        self.kept.iter().copied().chain(self.scales.iter().map(scale)).collect()
+        self.scales.iter().map(scale).collect()
     }
 
     /// Forgets the edits, as the scene is to have its own values again.
     pub(super) fn forget(&mut self, made: &[Option<Made>]) {
-        self.kept.clear();
+        self.set.clear();
         self.made = made.to_vec();
     }
 
@@ -156,90 +161,60 @@ impl Material {
         self.values = MaterialValues { rest_scale, ..values };
     }
 
-    /// What an edit of a run of `scene` does to the simulation.
-    pub(super) fn interactions(
-        &self,
-        edit: MaterialEdit,
-        runner: &Runner,
-        scene: &Scene,
-    ) -> Vec<Interaction> {
-        let MaterialValues { select, rest_scale, .. } = self.values;
-        if let Some((body, made)) = self.selected()
-            && let Some(edits) = remake((Select::Body(body), made), edit)
-        {
-            return edits;
-        }
-        vec![match edit {
-            MaterialEdit::Mass(value) => Interaction::SetMass { particles: select, value },
-            MaterialEdit::Stiffness(value) => Interaction::SetStiffness { springs: select, value },
-            MaterialEdit::Damping(value) => Interaction::SetDamping { springs: select, value },
-            MaterialEdit::RestScale(scale) => {
-                Interaction::ScaleRestLength { springs: select, factor: scale / rest_scale }
+    /// The keys that an edit of a run of `scene` sets.
+    fn keys(&self, edit: MaterialEdit, runner: &Runner, scene: &Scene) -> Vec<Assignment> {
+        let select = self.values.select;
+        let of_bodies = |name: &str| match select {
+            Select::Body(body) => format!("bodies[{body}].{name}"),
+            _ => format!("bodies.{name}"),
+        };
+        let of_springs = |name: &str, value: f64| {
+            let own = scene.bodies.last().map_or(0, |body| body.springs.end);
+            let has_links = select == Select::All && own < scene.springs.len();
+            let links = has_links.then(|| Assignment::new(&format!("links.{name}"), value));
+            [Assignment::new(&of_bodies(name), value)].into_iter().chain(links).collect()
+        };
+        let of_material = |name: &str, value: f64| match self.selected() {
+            Some((body, _)) => vec![Assignment::new(&format!("bodies[{body}].{name}"), value)],
+            None => Vec::new(),
+        };
+        let of_planes = |name: &str, value: f64| {
+            let is_there = on!(runner, simulation => !simulation.model().planes().is_empty());
+            let key = || Assignment::new(&format!("world.planes.{name}"), value);
+            is_there.then(key).into_iter().collect()
+        };
+        match edit {
+            MaterialEdit::Mass(value) => vec![Assignment::new(&of_bodies("mass"), value)],
+            MaterialEdit::Stiffness(value) => of_springs("stiffness", value),
+            MaterialEdit::Damping(value) => of_springs("damping", value),
+            MaterialEdit::Young(value) => of_material("young", value),
+            MaterialEdit::Thickness(value) => of_material("thickness", value),
+            MaterialEdit::Density(value) => {
+                let is_woven = self.selected().is_some_and(|(_, made)| made.young.is_none());
+                of_material(if is_woven { "area_density" } else { "density" }, value)
+            }
+            MaterialEdit::RelaxationTime(value) => of_material("relaxation_time", value),
+            MaterialEdit::Named(named) => {
+                let key = |body| Assignment::new(&format!("bodies[{body}].material"), named.name);
+                self.selected().map(|(body, _)| key(body)).into_iter().collect()
             }
             MaterialEdit::Gravity(value) => {
                 let now = on!(runner, simulation => simulation.model().gravity().to_f64());
                 let known = if now == DVec3::ZERO { scene.world.gravity } else { now };
                 let direction = known.try_normalize().unwrap_or(DVec3::NEG_Y);
-                Interaction::SetGravity { value: direction * value }
+                vec![Assignment::new("world.gravity", (direction * value).to_array())]
             }
-            MaterialEdit::Restitution(restitution) => {
-                return set_planes(runner, |_, friction| (restitution, friction));
+            MaterialEdit::Restitution(value) => of_planes("restitution", value),
+            MaterialEdit::Friction(Friction::Coulomb(value)) => of_planes("friction", value),
+            MaterialEdit::Friction(Friction::TangentialLoss(value)) => {
+                of_planes("tangential_loss", value)
             }
-            MaterialEdit::Friction(friction) => {
-                return set_planes(runner, |restitution, _| (restitution, friction));
-            }
-            MaterialEdit::Young(_)
-            | MaterialEdit::Thickness(_)
-            | MaterialEdit::Density(_)
-            | MaterialEdit::RelaxationTime(_)
-            | MaterialEdit::Named(_) => return Vec::new(),
-        }]
-    }
-
-    /// Keeps what was done, instead of the edits that it replaces.
-    pub(super) fn keep(&mut self, done: Interaction) {
-        if let Interaction::ScaleRestLength { springs, factor } = done {
-            return self.keep_scale(springs, factor);
-        }
-        self.follow(&done);
-        if let (Some(last), Interaction::ScaleMaterial { bodies, number, factor }) =
-            (self.kept.last_mut(), done)
-            && let Interaction::ScaleMaterial { bodies: of, number: before, factor: all } = last
-            && (*of, *before) == (bodies, number)
-        {
-            *all *= factor;
-            return;
-        }
-        self.kept.retain(|old| !replaces(&done, old));
-        self.kept.push(done);
-    }
-
-    /// Takes note of what was done to what bodies are made of.
-    pub(super) fn follow(&mut self, done: &Interaction) {
-        for (body, made) in self.made.iter_mut().enumerate() {
-            let Some(made) = made else { continue };
-            let is_of = |bodies: Select| bodies == Select::All || bodies == Select::Body(body);
-            match *done {
-                Interaction::ScaleMaterial { bodies, number, factor } if is_of(bodies) => {
-                    match number {
-                        MaterialNumber::Young => made.young = made.young.map(|was| was * factor),
-                        MaterialNumber::Thickness => {
-                            made.thickness = made.thickness.map(|was| was * factor);
-                        }
-                        MaterialNumber::Density => made.density *= factor,
-                    }
-                }
-                Interaction::SetRelaxationTime { bodies, value } if is_of(bodies) => {
-                    made.relaxation_time = value;
-                }
-                _ => continue,
-            }
-            made.material = None;
+            MaterialEdit::RestScale(_) => Vec::new(),
         }
     }
 
     /// Keeps that springs are so many times as long at rest as before.
-    fn keep_scale(&mut self, springs: Select, factor: f64) {
+    pub(super) fn keep_scale(&mut self, springs: Select, factor: f64) {
         match self.scales.iter_mut().find(|(select, _)| *select == springs) {
             Some((_, scale)) => *scale *= factor,
             None => self.scales.push((springs, factor)),
@@ -247,37 +222,6 @@ impl Material {
         self.scales.retain(|&(_, scale)| scale != 1.0);
         if springs == self.values.select {
             self.values.rest_scale *= factor;
-        }
-    }
-
-    /// Shows the very number that was set, which products miss by rounding.
-    fn show(&mut self, edit: MaterialEdit) {
-        if let MaterialEdit::RestScale(scale) = edit {
-            self.values.rest_scale = scale;
-        }
-        // Its springs are set alike: it is made of that material no more.
-        if let MaterialEdit::Mass(_) | MaterialEdit::Stiffness(_) | MaterialEdit::Damping(_) = edit
-        {
-            self.unmake();
-        }
-        let Some((body, _)) = self.selected() else { return };
-        let Some(made) = &mut self.made[body] else { return };
-        match edit {
-            MaterialEdit::Young(young) => made.young = Some(young),
-            MaterialEdit::Thickness(thickness) => made.thickness = Some(thickness),
-            MaterialEdit::Density(density) => made.density = density,
-            MaterialEdit::Named(named) => made.material = Some(named.name),
-            _ => {}
-        }
-    }
-
-    /// Forgets what the selected bodies were made of.
-    fn unmake(&mut self) {
-        match self.values.select {
-            Select::Body(body) => {
-                self.made.get_mut(body).into_iter().for_each(|made| *made = None);
-            }
-            _ => self.made.fill(None),
         }
     }
 }
@@ -294,28 +238,79 @@ impl Session {
     /// Sets a number of the selected bodies, or of the world.
     pub fn edit(&mut self, edit: MaterialEdit) {
         let begins = self.remember(Deed::Edit(edit.words()));
-        let mut accepted = false;
-        for interaction in self.material.interactions(edit, self.runner(), &self.loaded.scene) {
-            let off_again = self.off_again(&interaction);
-            let all: Vec<_> = std::iter::once(interaction).chain(off_again).collect();
-            if self.act_all(&all) {
-                all.into_iter().for_each(|done| self.material.keep(done));
-                self.material.show(edit);
-                accepted = true;
+        let accepted = match edit {
+            MaterialEdit::RestScale(scale) => self.scale(scale),
+            _ => {
+                let keys = self.material.keys(edit, self.run.runner(), &self.loaded.scene);
+                self.set(keys)
             }
-        }
+        };
         if begins && !accepted {
             self.undo.withdraw();
         }
     }
 
-    /// Makes edits of material and world that were made elsewhere, as a link holds them.
-    pub fn edit_again(&mut self, edits: &[Interaction]) {
-        for &edit in edits {
-            if self.act(edit) {
-                self.material.keep(edit);
+    /// Makes the selected springs so many times as long at rest as those of the scene.
+    fn scale(&mut self, scale: f64) -> bool {
+        let MaterialValues { select: springs, rest_scale, .. } = self.material.values;
+        let factor = scale / rest_scale;
+        let accepted = self.act(Interaction::ScaleRestLength { springs, factor });
+        if accepted {
+            self.material.keep_scale(springs, factor);
+            // The very number that was set, which products miss by rounding.
+            self.material.values.rest_scale = scale;
+        }
+        accepted
+    }
+
+    /// Sets keys of the scene, in the run too: all or none, and returns whether they were accepted.
+    pub(super) fn set(&mut self, keys: Vec<Assignment>) -> bool {
+        let mut target = Target::of(self.runner(), &self.material.made);
+        let (mut set, mut acts) = (self.material.set.clone(), self.on_again(&keys));
+        let off = self.off_but_for(&keys);
+        for key in keys {
+            match target.set(&key, &self.loaded) {
+                Ok(done) => acts.extend(done),
+                Err(refusal) => {
+                    self.refusal = Some(refusal);
+                    return false;
+                }
+            }
+            set.set(key);
+        }
+        acts.extend(off_again(&off, &acts, &self.loaded));
+        keep_off(&off, &mut set);
+        let accepted = match acts.iter().all(is_look) {
+            // They change nothing that was read.
+            true => !acts.is_empty() && acts.into_iter().all(|act| self.act(act)),
+            false => self.act_all(&acts),
+        };
+        if accepted {
+            (self.material.set, self.material.made) = (set, target.made);
+        }
+        accepted
+    }
+
+    /// Makes edits that were made elsewhere, as a link holds them: keys, and rest lengths.
+    pub fn edit_again(&mut self, set: &Edits, scales: &[Interaction]) {
+        let Session { run, loaded, .. } = self;
+        let made = run.change(|runner| set_all(runner, loaded, set));
+        match made {
+            Ok(made) => (self.material.set, self.material.made) = (set.clone(), made),
+            Err(refusal) => return self.refusal = Some(refusal),
+        }
+        self.run.change(Runner::calm);
+        self.follow_wind();
+        for &scale in scales {
+            if let Interaction::ScaleRestLength { springs, factor } = scale
+                && self.act(scale)
+            {
+                self.material.keep_scale(springs, factor);
             }
         }
+        self.change(|_| ());
+        self.record_start();
+        self.blow();
     }
 
     /// Chooses what the sliders of the material act on: all, or one body.
@@ -327,71 +322,7 @@ impl Session {
     /// Gives material and world the values of the scene again, and restarts.
     pub fn reset_material(&mut self) {
         self.material.forget(&self.loaded.made);
-        self.wind = None;
-        self.reset_touches();
         self.restart();
-    }
-}
-
-/// What makes bodies of another material; `None` where an edit is of something else.
-fn remake((bodies, made): (Select, Made), edit: MaterialEdit) -> Option<Vec<Interaction>> {
-    use MaterialNumber::{Density, Thickness, Young};
-    let scale = |number, from: f64, to: f64| {
-        let factor = to / from;
-        Interaction::ScaleMaterial { bodies, number, factor }
-    };
-    let damp = |value| Interaction::SetRelaxationTime { bodies, value };
-    Some(match edit {
-        MaterialEdit::Young(young) => vec![scale(Young, made.young?, young)],
-        MaterialEdit::Thickness(thickness) => {
-            vec![scale(Thickness, made.thickness?, thickness)]
-        }
-        MaterialEdit::Density(density) => vec![scale(Density, made.density, density)],
-        MaterialEdit::RelaxationTime(time) => vec![damp(time)],
-        MaterialEdit::Named(named) => match named.numbers {
-            Numbers::Uniform { young, density, relaxation_time, .. } => vec![
-                scale(Young, made.young?, young),
-                scale(Density, made.density, density),
-                damp(relaxation_time),
-            ],
-            Numbers::Fabric { .. } => return None,
-        },
-        _ => return None,
-    })
-}
-
-/// Sets restitution and friction of every plane to a function of the present ones.
-fn set_planes(
-    runner: &Runner,
-    change: impl Fn(f64, Friction) -> (f64, Friction),
-) -> Vec<Interaction> {
-    let set = |(plane, (restitution, friction)): (usize, (f64, Friction))| {
-        let (restitution, friction) = change(restitution, friction);
-        Interaction::SetPlane { plane, restitution, friction }
-    };
-    on!(runner, simulation => {
-        let planes = simulation.model().planes().iter();
-        let laws = planes.map(|plane| (plane.restitution(), plane.friction()));
-        laws.enumerate().map(set).collect()
-    })
-}
-
-/// Whether an old edit has no effect any more after a new one.
-fn replaces(new: &Interaction, old: &Interaction) -> bool {
-    use Interaction::*;
-    let covers = |new: &Select, old: &Select| *new == Select::All || new == old;
-    match (new, old) {
-        (SetStiffness { springs: new, .. }, SetStiffness { springs: old, .. })
-        | (SetDamping { springs: new, .. }, SetDamping { springs: old, .. })
-        | (SetMass { particles: new, .. }, SetMass { particles: old, .. })
-        | (SetRelaxationTime { bodies: new, .. }, SetRelaxationTime { bodies: old, .. }) => {
-            covers(new, old)
-        }
-        (SetGravity { .. }, SetGravity { .. }) | (SetDrag { .. }, SetDrag { .. }) => true,
-        (RemovePlanes, SetPlane { .. } | RemovePlanes | AddPlane { .. }) => true,
-        (SetPlane { plane: new, .. }, SetPlane { plane: old, .. }) => new == old,
-        (SetLook { body: new, .. }, SetLook { body: old, .. }) => new == old,
-        _ => false,
     }
 }
 

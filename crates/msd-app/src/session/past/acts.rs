@@ -1,8 +1,8 @@
 //! Acts of a session upon its past: looking back, going on from there, undo and redo.
 
 use super::{Before, Deed, Mark, MarkKind};
+use crate::session::Session;
 use crate::session::recording::now;
-use crate::session::{Session, Wind};
 use msd_run::recording::Event;
 use msd_run::{Moment, Runner, on};
 
@@ -91,7 +91,7 @@ impl Session {
         self.timeline.mark(self.runner().steps(), MarkKind::Edit);
         let begins = self.undo.begins(deed);
         if begins {
-            let now = (self.run.runner(), &self.material, self.wind());
+            let now = (self.run.runner(), &self.material);
             self.undo.keep(Before::new(deed, now));
         }
         begins
@@ -111,9 +111,9 @@ impl Session {
     fn turn(&mut self, is_undo: bool) {
         self.release();
         self.settle();
-        let now = (self.run.runner(), &self.material, self.wind());
+        let now = (self.run.runner(), &self.material);
         let Some(before) = self.undo.turn(is_undo, now) else { return };
-        let (runner, material, wind) = match before.restored(now) {
+        let (runner, material) = match before.restored(now) {
             Ok(restored) => restored,
             Err(error) => return self.refusal = Some(error.to_string()),
         };
@@ -127,9 +127,7 @@ impl Session {
         }
         self.limit_of = self.runner().steps();
         self.record_start();
-        // Unless it is the wind that is undone, it is as it is now, whatever it was then.
-        self.wind = self.wind.map_or((wind != Wind::default()).then_some(wind), |_| Some(wind));
-        self.is_blowing = false;
+        self.follow_wind();
         self.blow();
         self.timeline.mark(self.runner().steps(), MarkKind::Edit);
         self.timeline.recount(self.runner().contacts().count);

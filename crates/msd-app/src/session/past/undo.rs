@@ -1,12 +1,11 @@
 //! Undo of what hands have set: the model as it was before under the state and the settings of now,
 //! or the settings as they were before for the model of now.
 
-use crate::session::Wind;
-use crate::session::material::Material;
+use crate::session::material::{Material, WIND};
 use glam::DVec3;
 use msd_core::{Error, Interaction, Settings};
 use msd_run::{Runner, on};
-use msd_scene::Precision;
+use msd_scene::{Assignment, Precision};
 
 /// The most that is kept to go back to, rows of particles and springs: a hundred bytes each.
 const MOST_ROWS: usize = 2_000_000;
@@ -58,22 +57,22 @@ pub struct Before {
 enum Kept {
     Model(Box<(Runner, Material)>),
     Solver { settings: Settings, precision: Precision, automatic: bool },
-    Wind(Wind),
+    Wind(Option<Assignment>),
 }
 
-/// What a deed may change: the run, its material, and the wind that blows.
-pub(in crate::session) type Now<'a> = (&'a Runner, &'a Material, Wind);
+/// What a deed may change: the run, and what was set of its scene, the wind included.
+pub(in crate::session) type Now<'a> = (&'a Runner, &'a Material);
 
 impl Before {
     /// What a deed is about to change.
-    pub(in crate::session) fn new(deed: Deed, (runner, material, wind): Now<'_>) -> Self {
+    pub(in crate::session) fn new(deed: Deed, (runner, material): Now<'_>) -> Self {
         let kept = match deed {
             Deed::Solver(_) => Kept::Solver {
                 settings: runner.settings(),
                 precision: runner.precision(),
                 automatic: runner.is_automatic(),
             },
-            Deed::Wind => Kept::Wind(wind),
+            Deed::Wind => Kept::Wind(material.set().of(WIND).cloned()),
             _ => Kept::Model(Box::new((runner.clone(), material.clone()))),
         };
         Before { deed, kept }
@@ -86,14 +85,23 @@ impl Before {
         }
     }
 
-    /// A run, its material and the wind as they are now, but for what the deed has changed.
+    /// A run and what was set of its scene as they are now, but for what the deed has changed. The
+    /// wind stays as it is now, unless the deed is of it.
     pub(in crate::session) fn restored(
         self,
-        (now, material, wind): Now<'_>,
-    ) -> Result<(Runner, Material, Wind), Error> {
+        (now, material): Now<'_>,
+    ) -> Result<(Runner, Material), Error> {
         match self.kept {
-            Kept::Model(model) => Ok((under(model.0, now)?, model.1, wind)),
-            Kept::Wind(wind) => Ok((now.clone(), material.clone(), wind)),
+            Kept::Model(model) => {
+                let (runner, mut before) = *model;
+                before.set_wind(material.set().of(WIND).cloned());
+                Ok((under(runner, now)?, before))
+            }
+            Kept::Wind(edit) => {
+                let mut material = material.clone();
+                material.set_wind(edit);
+                Ok((now.clone(), material))
+            }
             Kept::Solver { settings, precision, automatic } => {
                 let mut runner = now.clone();
                 if precision != runner.precision() {
@@ -102,7 +110,7 @@ impl Before {
                 runner.set_automatic(false)?;
                 runner.set_settings(settings)?;
                 runner.set_automatic(automatic)?;
-                Ok((runner, material.clone(), wind))
+                Ok((runner, material.clone()))
             }
         }
     }

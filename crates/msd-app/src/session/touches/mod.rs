@@ -2,5 +2,4 @@
 
 mod settings;
 
-pub(super) use settings::meet_as;
-pub use settings::{PairValues, TouchEdit, TouchValues, pairs_of, shells_of};
+pub use settings::{TouchEdit, TouchValues, shells_of};

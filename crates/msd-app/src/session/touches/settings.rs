@@ -1,12 +1,11 @@
 //! Contact settings: which bodies meet, and their thickness, friction and restitution.
-//!
-//! What holds is in the run alone.
 
 use crate::session::{Deed, MixedValue, Session};
-use msd_core::scene::{Between, do_meet, law_between};
-use msd_core::{Body, Error, Select, Shell};
+use msd_core::scene::{do_meet, law_between};
+use msd_core::{Select, Shell};
 use msd_run::{Runner, on};
-use msd_scene::default_shell;
+use msd_scene::schema::{BodyKey, TouchRow, WithRow};
+use msd_scene::{Assignment, Edits, FileError, default_shell, touch_rows};
 use std::collections::BTreeMap;
 
 /// A number of how the selected bodies touch each other and themselves, or whether they do.
@@ -38,51 +37,6 @@ impl TouchEdit {
             TouchEdit::RestitutionWith(..) => "restitution between two bodies",
         }
     }
-
-    fn apply(self, shell: &mut Shell, thickest: f64) {
-        match self {
-            TouchEdit::On(_) | TouchEdit::FrictionWith(..) | TouchEdit::RestitutionWith(..) => {}
-            TouchEdit::Thickness(thickness) => shell.thickness = thickness.min(thickest),
-            TouchEdit::Friction(friction) => shell.friction = friction,
-            TouchEdit::Restitution(restitution) => shell.restitution = restitution,
-        }
-    }
-
-    /// Sets how one of the bodies meets another.
-    fn apply_to_pair(self, body: usize, pairs: &mut BTreeMap<[usize; 2], PairValues>) {
-        let pair = |other: usize| [body.min(other), body.max(other)];
-        match self {
-            TouchEdit::FrictionWith(other, friction) => {
-                pairs.entry(pair(other)).or_default().friction = Some(friction);
-            }
-            TouchEdit::RestitutionWith(other, restitution) => {
-                pairs.entry(pair(other)).or_default().restitution = Some(restitution);
-            }
-            _ => {}
-        }
-    }
-}
-
-/// How two bodies meet, in place of what follows from both.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PairValues {
-    /// Coulomb's factor.
-    pub friction: Option<f64>,
-    /// Coefficient of restitution.
-    pub restitution: Option<f64>,
-}
-
-/// The values of each pair of bodies that has its own, by the numbers of the bodies, the lower one
-/// first.
-pub fn pairs_of(shells: &[Shell], bodies: &[Body]) -> BTreeMap<[usize; 2], PairValues> {
-    let body = |row: usize| bodies.iter().position(|body| shells[row].is_of(body));
-    let pairs = (0..shells.len()).flat_map(|row| {
-        shells[row].between.iter().filter_map(move |between| {
-            let &Between { shell, friction, restitution } = between;
-            Some(([body(shell)?, body(row)?], PairValues { friction, restitution }))
-        })
-    });
-    pairs.collect()
 }
 
 /// How the selected bodies touch: the numbers of those that do.
@@ -101,11 +55,6 @@ pub struct TouchValues {
 /// How the bodies of a run meet.
 pub fn shells_of(runner: &Runner) -> &[Shell] {
     on!(runner, simulation => simulation.model().shells())
-}
-
-/// Lets the bodies of a run meet as those of another do.
-pub(in crate::session) fn meet_as(runner: &mut Runner, shells: &[Shell]) -> Result<(), Error> {
-    if shells_of(runner) == shells { Ok(()) } else { runner.set_shells(shells) }
 }
 
 /// How the bodies of a session meet.
@@ -152,24 +101,17 @@ impl Session {
         Some(law_between(shells, [rows[body]?, (*rows.get(other)?)?]))
     }
 
-    /// Whether bodies meet otherwise than as the scene was loaded.
-    pub fn is_touch_edited(&self) -> bool {
-        shells_of(self.runner()) != self.loaded().scene.shells
-    }
-
-    /// Lets bodies meet as in the scene that was loaded.
-    pub(in crate::session) fn reset_touches(&mut self) {
-        let shells = self.loaded.scene.shells.clone();
-        let reset = self.change(|runner| meet_as(runner, &shells));
-        self.refuse(reset);
-    }
-
     /// Sets how the selected bodies meet each other and themselves.
     pub fn edit_touch(&mut self, edit: TouchEdit) {
         let begins = self.remember(Deed::Edit(edit.words()));
-        let edited = self.edited(edit).and_then(|shells| {
+        let edits = self.touched(edit).map_err(|error| error.to_string());
+        let edited = edits.and_then(|edits| {
+            let shells = msd_scene::shells_of(&self.loaded.scene, edits.iter());
+            let shells = shells.map_err(|error| error.to_string())?;
             let set = self.change(|runner| runner.set_shells(&shells));
-            set.map_err(|error| error.to_string())
+            set.map_err(|error| error.to_string())?;
+            self.material.set = edits;
+            Ok(())
         });
         if edited.is_ok() {
             self.limit_of = self.runner().steps();
@@ -181,58 +123,72 @@ impl Session {
         self.refusal = edited.err();
     }
 
-    /// The shells as they are now and as an edit makes them.
-    fn edited(&self, edit: TouchEdit) -> Result<Vec<Shell>, String> {
-        let scene = &self.loaded().scene;
-        let (written, shells) = (&scene.shells, shells_of(self.runner()));
-        let (now, first) = (self.rows_of(shells), self.rows_of(written));
+    /// What is set once the selected bodies touch as an edit says.
+    fn touched(&self, edit: TouchEdit) -> Result<Edits, FileError> {
+        let (scene, mut edits) = (&self.loaded.scene, self.material.set.clone());
         let select = self.material().values().select;
-        let (mut edited, mut of_bodies) = (Vec::new(), vec![None; now.len()]);
-        for body in 0..now.len() {
-            let is_chosen = is_chosen(select, body);
-            let mut shell = now[body].map(|row| shells[row].clone());
-            if is_chosen && edit == TouchEdit::On(false) {
-                shell = None;
-            }
-            if is_chosen && edit == TouchEdit::On(true) && shell.is_none() {
-                let as_written = first[body].map(|row| written[row].clone());
-                let made = as_written.or_else(|| default_shell(scene, body));
-                let name = &scene.bodies[body].name;
-                let why = "cannot touch: it has no springs, from which its thickness follows";
-                shell = Some(made.ok_or_else(|| format!("{name} {why}"))?);
-            }
-            let Some(mut shell) = shell else { continue };
-            if is_chosen {
-                let by_default = default_shell(scene, body);
-                let thickest = by_default.map_or(f64::INFINITY, |own| 4.0 * own.thickness);
-                edit.apply(&mut shell, thickest);
-            }
-            shell.ignored.clear();
-            shell.between.clear();
-            of_bodies[body] = Some(edited.len());
-            edited.push(shell);
-        }
-        let place = |row: usize| {
-            let body = first.iter().position(|of| *of == Some(row))?;
-            of_bodies[body]
-        };
-        for (row, shell) in written.iter().enumerate() {
-            let Some(own) = place(row) else { continue };
-            // Bodies keep their order, and so do their shells.
-            edited[own].ignored.extend(shell.ignored.iter().filter_map(|&other| place(other)));
-        }
-        // Those of bodies that touch hold as they are now, those of others as written.
-        let mut pairs = pairs_of(written, &scene.bodies);
-        pairs.retain(|pair, _| pair.iter().any(|&body| now[body].is_none()));
-        pairs.extend(pairs_of(shells, &scene.bodies));
-        let chosen = (0..now.len()).filter(|&body| is_chosen(select, body));
-        chosen.for_each(|body| edit.apply_to_pair(body, &mut pairs));
-        for ([first, last], PairValues { friction, restitution }) in pairs {
-            if let (Some(shell), Some(own)) = (of_bodies[first], of_bodies[last]) {
-                edited[own].between.push(Between { shell, friction, restitution });
+        let mut rows = touch_rows(scene, edits.iter())?;
+        for body in (0..rows.len()).filter(|&body| is_chosen(select, body)) {
+            let key = format!("bodies[{body}].touch");
+            let is_written = scene.shell_of(&scene.bodies[body]).is_some();
+            let mut number = |name: &str, value: f64| {
+                if rows[body].is_some() {
+                    edits.set(Assignment::new(&format!("{key}.{name}"), value));
+                }
+            };
+            match edit {
+                TouchEdit::On(on) if on == rows[body].is_some() => {}
+                TouchEdit::On(on) => {
+                    edits.forget(&key);
+                    if on != is_written {
+                        let row = on.then(BTreeMap::<(), ()>::new);
+                        edits.set(Assignment::new(&key, row));
+                    }
+                }
+                TouchEdit::Thickness(thickness) => {
+                    let by_default = default_shell(scene, body);
+                    let most = by_default.map_or(f64::INFINITY, |own| 4.0 * own.thickness);
+                    number("thickness", thickness.min(most));
+                }
+                TouchEdit::Friction(friction) => number("friction", friction),
+                TouchEdit::Restitution(restitution) => number("restitution", restitution),
+                TouchEdit::FrictionWith(other, friction) => {
+                    let pair = pair(&mut rows, [body, other]);
+                    pair.into_iter().for_each(|pair| pair.friction = Some(friction));
+                }
+                TouchEdit::RestitutionWith(other, restitution) => {
+                    let pair = pair(&mut rows, [body, other]);
+                    pair.into_iter().for_each(|pair| pair.restitution = Some(restitution));
+                }
             }
         }
-        Ok(edited)
+        let is_pair = |edit: &Assignment| edit.key().ends_with(".touch.with");
+        if matches!(edit, TouchEdit::FrictionWith(..) | TouchEdit::RestitutionWith(..)) {
+            write_pairs(&rows, &mut edits);
+        } else if edits.iter().any(is_pair) {
+            write_pairs(&touch_rows(scene, edits.iter())?, &mut edits);
+        }
+        Ok(edits)
+    }
+}
+
+/// How two bodies meet, in the row of the later one.
+fn pair(rows: &mut [Option<TouchRow>], pair: [usize; 2]) -> Option<&mut WithRow> {
+    let [first, last] = [pair[0].min(pair[1]), pair[0].max(pair[1])];
+    let body = BodyKey::Number(first as u64);
+    let with = &mut rows.get_mut(last)?.as_mut()?.with;
+    if !with.iter().any(|row| row.body == body) {
+        with.push(WithRow { body: body.clone(), ..WithRow::default() });
+    }
+    with.iter_mut().find(|row| row.body == body)
+}
+
+/// Says of all bodies how each meets single others: a scene may say it with either of two.
+fn write_pairs(rows: &[Option<TouchRow>], edits: &mut Edits) {
+    for (body, row) in rows.iter().enumerate() {
+        if let Some(row) = row {
+            edits.set(Assignment::new(&format!("bodies[{body}].touch.with"), &row.with));
+        }
     }
 }
 

@@ -58,6 +58,7 @@ pub(super) fn loaded_of(
         notes: Vec::new(),
         files: Vec::new(),
         made: Vec::new(),
+        wind: Default::default(),
         progress: None,
     }
 }

@@ -9,7 +9,6 @@ use super::show;
 use crate::link::Link;
 use crate::viewer::{Catalogue, Command, Preferences, Viewer, catalogue};
 use js_sys::{Function, Promise, Uint8Array};
-use msd_scene::Loaded;
 use std::cell::{Cell, RefCell};
 use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -120,9 +119,8 @@ fn refusal(viewer: &Viewer) -> Result<String, String> {
 #[wasm_bindgen]
 pub fn saved() -> Promise {
     ask_for(|viewer| {
-        let Loaded { name, title, .. } = viewer.session.loaded();
-        let now = viewer.session.runner().to_loaded(name, title);
-        let bytes = msd_scene::saved_bytes(&now).map_err(|error| error.to_string())?;
+        let bytes =
+            msd_scene::saved_bytes(&viewer.to_saved()).map_err(|error| error.to_string())?;
         Ok(Uint8Array::from(&bytes[..]).into())
     })
 }

@@ -38,6 +38,47 @@ pub struct KeyRow {
     pub needed: &'static [&'static str],
     /// How its value follows a finer spacing.
     pub scale: Scale,
+    /// How its value, or a value inside it, reaches a run that goes on.
+    pub live: Live,
+    /// The keys of its table that say otherwise what it says: a scene has it or them.
+    pub instead_of: &'static [&'static str],
+}
+
+/// How a value reaches a run that goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Live {
+    /// Not at all: the scene has to start again.
+    Restart,
+    /// Gravity is set.
+    Gravity,
+    /// The wind blows otherwise.
+    Wind,
+    /// Drag is set.
+    Drag,
+    /// How planes stop what meets them is set; without planes, nothing does.
+    Plane,
+    /// Masses of a body are set.
+    Mass,
+    /// Stiffnesses of a body are set.
+    Stiffness,
+    /// Dampings of a body are set.
+    Damping,
+    /// A body is made of another modulus.
+    Young,
+    /// A sheet is made of another thickness.
+    Thickness,
+    /// A body is made of another density.
+    Density,
+    /// The dampings of a body of a material are set.
+    RelaxationTime,
+    /// A body is made of another material.
+    Material,
+    /// A body looks otherwise.
+    Look,
+    /// How bodies meet is made anew.
+    Touch,
+    /// Parts of the model are switched off.
+    Off,
 }
 
 /// How a value is written.
@@ -156,6 +197,8 @@ impl KeyRow {
         kinds: &[],
         needed: &[],
         scale: Scale::STAYS,
+        live: Live::Restart,
+        instead_of: &[],
     };
 
     /// What it means, in Markdown.
@@ -190,6 +233,15 @@ impl KeyTable {
         keys.iter().find(|key| key.name == name)
     }
 
+    /// How a value at such a path reaches a run that goes on.
+    pub fn live(&self, path: &str) -> Live {
+        let own = self.find(path).map_or(Live::Restart, |key| key.live);
+        match path.rsplit_once('.') {
+            Some((above, _)) if own == Live::Restart => self.live(above),
+            _ => own,
+        }
+    }
+
     /// All keys with their paths, those of a table before those inside.
     pub fn paths(&self) -> Vec<(String, &'static KeyRow)> {
         let mut paths: Vec<_> = self.keys.iter().map(|key| (key.name.to_owned(), key)).collect();
@@ -199,6 +251,16 @@ impl KeyTable {
         }));
         paths
     }
+}
+
+/// A key such as `bodies[2].mass` without the numbers of rows: `bodies.mass`.
+pub(crate) fn without_rows(key: &str) -> String {
+    let mut inside = false;
+    let mut kept = |letter: &char| {
+        inside = *letter == '[' || inside && *letter != ']';
+        !inside && *letter != ']'
+    };
+    key.chars().filter(|letter| kept(letter)).collect()
 }
 
 /// Whether a value is as if its key were left out.

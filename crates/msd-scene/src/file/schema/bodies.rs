@@ -1,7 +1,7 @@
 //! Rows of bodies.
 
 use super::{LookRow, TouchRow};
-use crate::file::keys::{Domain, Form, Scale, Written, rows};
+use crate::file::keys::{Domain, Form, Live, Scale, Written, rows};
 use crate::mesh::Filling;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
@@ -83,13 +83,16 @@ rows! {
         /// The springs.
         springs: Vec<SpringRow> = "none" { kinds: &["explicit"] },
         /// Mass of each particle, or of a whole mesh.
-        mass: Option<f64> = "1" { unit: "kg", domain: Domain::Mass, scale: Scale::SHARE },
+        mass: Option<f64> = "1"
+            { unit: "kg", domain: Domain::Mass, scale: Scale::SHARE, live: Live::Mass },
         /// Stiffness of each spring: force per length that it is stretched by.
         stiffness: Option<f64> = "1000; of a closed mesh 200, of an open mesh 1000"
-            { unit: "N/m", domain: Domain::NotNegative, scale: Scale::SPRING },
+            { unit: "N/m", domain: Domain::NotNegative, scale: Scale::SPRING,
+              live: Live::Stiffness },
         /// Damping of each spring along its direction: force per speed at which it stretches.
         damping: Option<f64> = "0; of a closed mesh 0.04, of an open mesh 0.2"
-            { unit: "N s/m", domain: Domain::NotNegative, scale: Scale::SPRING },
+            { unit: "N s/m", domain: Domain::NotNegative, scale: Scale::SPRING,
+              live: Live::Damping },
         /// Where the origin of the body goes. The origin is the centre of a lattice or of the box
         /// around a mesh, and (0, 0, 0) in an explicit body.
         position: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m", domain: Domain::Place },
@@ -98,18 +101,20 @@ rows! {
         /// Velocity of every particle.
         velocity: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m/s", domain: Domain::Vector },
         /// How its particles touch each other and those of other bodies, see [`touch`](#touch).
-        touch: Option<TouchRow> = "none: not at all",
+        touch: Option<TouchRow> = "none: not at all" { live: Live::Touch },
         /// How it looks, see [`look`](#look).
-        look: Option<LookRow> = "by its kind",
+        look: Option<LookRow> = "by its kind" { live: Live::Look },
         /// Angular velocity about the centre of mass: a vector, or a table.
         spin: Option<Spin> = "none"
             { unit: "rad/s", domain: Domain::Words("three finite numbers, or a table") },
         /// Name of a material.
         material: Option<String> = "none"
-            { domain: Domain::Words("a name of [materials.md](materials.md)"), kinds: SPACED },
+            { domain: Domain::Words("a name of [materials.md](materials.md)"), kinds: SPACED,
+              live: Live::Material,
+              instead_of: &["young", "density", "relaxation_time", "damping_ratio"] },
         /// Young's modulus: how stiff the material is.
         young: Option<f64> = "that of the material"
-            { unit: "Pa", domain: Domain::Positive, kinds: SPACED },
+            { unit: "Pa", domain: Domain::Positive, kinds: SPACED, live: Live::Young },
         /// Poisson's ratio. Of a block 0 to 0.45; its cells resist a change of volume too, unless
         /// it is 1/4, that of springs. Of a mesh 1/4; of a cloth or a shell 1/3.
         poisson: Option<f64> = "that of springs: 1/4 of a block or a mesh, 1/3 of a cloth or a \
@@ -117,21 +122,24 @@ rows! {
             { domain: Domain::Finite, kinds: BROAD },
         /// Density: mass per volume.
         density: Option<f64> = "that of the material"
-            { unit: "kg/m³", domain: Domain::Positive, kinds: SPACED },
+            { unit: "kg/m³", domain: Domain::Positive, kinds: SPACED, live: Live::Density,
+              instead_of: &["area_density"] },
         /// Relaxation time, viscosity over modulus (Kelvin and Voigt): how long a strain takes to
         /// die out. It is the damping of a spring over its stiffness.
         relaxation_time: Option<f64> = "that of the material, or 0"
-            { unit: "s", domain: Domain::NotNegative, kinds: SPACED },
+            { unit: "s", domain: Domain::NotNegative, kinds: SPACED, live: Live::RelaxationTime,
+              instead_of: &["damping_ratio"] },
         /// Damping ratio of the lowest mode of the free body, without pins, instead of
         /// `relaxation_time`; of at most 4000 particles.
         damping_ratio: Option<f64> = "none" { domain: Domain::NotNegative, kinds: SPACED },
         /// Thickness of a cloth or of the shell of a mesh: it bends by its third power.
         thickness: Option<f64> = "must be given, unless the cloth is woven and has an \
                                   `area_density`"
-            { unit: "m", domain: Domain::Positive, kinds: SHEETS },
+            { unit: "m", domain: Domain::Positive, kinds: SHEETS, live: Live::Thickness },
         /// Mass per area, instead of `density` times `thickness`.
         area_density: Option<f64> = "that of the material"
-            { unit: "kg/m²", domain: Domain::Positive, kinds: SHEETS },
+            { unit: "kg/m²", domain: Domain::Positive, kinds: SHEETS, live: Live::Density,
+              instead_of: &["density"] },
         /// Woven: modulus along the rows (y); with `young_weft` and `shear` instead of `young`.
         young_warp: Option<f64> = "that of the material"
             { unit: "N/m", domain: Domain::Positive, kinds: &["cloth"] },

@@ -4,8 +4,9 @@
 //! so that a file that is read and written again says what its author said and no more.
 
 use crate::file::decode::names_of;
-use crate::file::keys::{Domain, Form, KeyRow, Written, rows};
+use crate::file::keys::{Domain, Form, KeyRow, Live, Written, rows};
 use crate::mesh::Filling;
+use crate::model::parts::Part;
 use crate::precision::Precision;
 use msd_core::{Integrator, Pattern};
 use serde::de::{Deserializer, Error, IntoDeserializer, Unexpected, Visitor};
@@ -20,14 +21,16 @@ mod sets;
 mod touch;
 mod world;
 mod bodies;
+mod edits;
 pub(crate) mod elsewhere;
 
 pub use air::{AirRow, GustRow};
 pub use bodies::{BodyRow, Kind, ParticleRow, RotationRow, Spin, SpinRow, SpringRow};
+pub use edits::Edits;
 pub use look::{CameraRow, Finish, LookRow};
 pub use sets::{BodyKey, BoxRow, EndRow, LinkRow, MassRow, MaterialRow, PinRow, SetRow, SphereRow};
 pub use touch::{TouchRow, WithRow};
-pub use world::{KeyFrameRow, PlaneRow, SolidKind, SolidRow, WorldRow};
+pub use world::{KeyFrameRow, PlaneRow, SolidKind, SolidRow, WindRow, WorldRow};
 
 /// The version of the schema.
 pub const VERSION: u32 = 1;
@@ -59,6 +62,9 @@ rows! {
         materials: Vec<MaterialRow> = "none",
         /// Springs between bodies.
         links: Vec<LinkRow> = "none",
+        /// Parts of the model that are switched off: springs of these kinds stay where they are,
+        /// with neither stiffness nor damping.
+        off: Vec<Part> = "none" { live: Live::Off },
     }
 
     /// How a scene is stepped.
@@ -96,7 +102,7 @@ macro_rules! choices {
     )+};
 }
 
-choices!(Integrator, Precision, Kind, SolidKind, Filling, Finish, Pattern);
+choices!(Integrator, Precision, Kind, SolidKind, Filling, Finish, Pattern, Part);
 
 /// A value, or `"auto"` where msd chooses it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,6 +1,6 @@
 //! Rows that choose particles of bodies: named sets, pins, masses, materials and links.
 
-use crate::file::keys::{Domain, Form, LENGTH, Scale, Written, rows};
+use crate::file::keys::{Domain, Form, LENGTH, Live, Scale, Written, rows};
 use serde::de::{Deserializer, Error, Unexpected, Visitor};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -13,6 +13,12 @@ pub enum BodyKey {
     Number(u64),
     /// The name that it has, or its kind where it has none.
     Name(String),
+}
+
+impl Default for BodyKey {
+    fn default() -> Self {
+        BodyKey::Number(0)
+    }
 }
 
 impl Written for BodyKey {
@@ -142,9 +148,11 @@ rows! {
         rest_length: Option<f64> = "the distance of its ends"
             { unit: "m", domain: Domain::NotNegative },
         /// Stiffness of each spring.
-        stiffness: Option<f64> = "1000" { unit: "N/m", domain: Domain::NotNegative },
+        stiffness: Option<f64> = "1000"
+            { unit: "N/m", domain: Domain::NotNegative, live: Live::Stiffness },
         /// Damping of each spring.
-        damping: Option<f64> = "0" { unit: "N s/m", domain: Domain::NotNegative },
+        damping: Option<f64> = "0"
+            { unit: "N s/m", domain: Domain::NotNegative, live: Live::Damping },
     }
 
     /// The particles at one end of links.

@@ -1,5 +1,6 @@
 //! Rows of how bodies meet.
 
+use super::BodyKey;
 use crate::file::keys::{Domain, LENGTH, Scale, rows};
 
 rows! {
@@ -9,7 +10,7 @@ rows! {
         /// 0.4 of the spacing.
         thickness: Option<f64> = "a tenth of the spacing, which is the median over particles of \
                                   their shortest spring"
-            { unit: "m", domain: LENGTH, scale: Scale::LENGTH },
+            { unit: "m", domain: LENGTH, scale: Scale::LENGTH, instead_of: &["radius"] },
         /// Coulomb's coefficient of friction; of two bodies the root of the product.
         friction: Option<f64> = "0.5" { domain: Domain::Factor },
         /// Coefficient of restitution; of two bodies the larger. A soft body bounces by its own
@@ -20,8 +21,8 @@ rows! {
         /// Whether it keeps its thickness from obstacles too, under every method. Otherwise they
         /// meet its particles as points.
         obstacles: Option<bool> = "`false`",
-        /// Names of bodies that it passes through.
-        ignore: Vec<String> = "none",
+        /// Bodies that it passes through, by name or number.
+        ignore: Vec<BodyKey> = "none" { domain: Domain::Words("list of names or numbers") },
         /// How it meets single other bodies: see [`with`](#with-of-touch).
         with: Vec<WithRow> = "none",
         /// Of older files: read as `thickness`, at most 0.4 of the spacing, with a note.
@@ -36,8 +37,8 @@ rows! {
 
     /// How a body meets another.
     WithRow {
-        /// Name of the other body, which has a table `touch` as well.
-        body: String,
+        /// Name or number of the other body, which has a table `touch` as well.
+        body: BodyKey { domain: Domain::Words("a body") },
         /// Coulomb's coefficient of friction of the two.
         friction: Option<f64> = "the root of the product" { domain: Domain::Factor },
         /// Coefficient of restitution of the two.

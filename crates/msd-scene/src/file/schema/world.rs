@@ -1,7 +1,8 @@
 //! Rows of the world: what acts on every particle, and what particles cannot enter.
 
 use super::{AirRow, RotationRow, Spin};
-use crate::file::keys::{Domain, LENGTH, Scale, rows};
+use crate::file::keys::{Domain, LENGTH, Live, Scale, rows};
+use crate::model::Wind;
 use serde::{Deserialize, Serialize};
 
 /// The shape of a solid.
@@ -35,13 +36,18 @@ rows! {
     /// What acts on every particle and on every surface.
     WorldRow {
         /// Gravitational acceleration.
-        gravity: Option<[f64; 3]> = "`[0, -9.82, 0]`" { unit: "m/s²", domain: Domain::Vector },
+        gravity: Option<[f64; 3]> = "`[0, -9.82, 0]`"
+            { unit: "m/s²", domain: Domain::Vector, live: Live::Gravity },
         /// The same force on every particle.
         force: Option<[f64; 3]> = "`[0, 0, 0]`"
             { unit: "N", domain: Domain::Vector, scale: Scale::SHARE },
+        /// Wind: a force on every particle besides `force`, steady or in gusts; see
+        /// [`world.wind`](#worldwind).
+        wind: Option<WindRow> = "none" { live: Live::Wind },
         /// Air drag: the force −drag · v on every particle.
         drag: Option<f64> = "0"
-            { unit: "N s/m", domain: Domain::NotNegative, scale: Scale::SHARE },
+            { unit: "N s/m", domain: Domain::NotNegative, scale: Scale::SHARE,
+              live: Live::Drag },
         /// Air that acts on surfaces by their area: drag, lift, wind and gusts.
         air: Option<AirRow> = "none",
         /// Bound on every coordinate. A run whose particle leaves it has diverged.
@@ -53,6 +59,17 @@ rows! {
         solids: Vec<SolidRow> = "none",
     }
 
+    /// A wind.
+    WindRow: Copy {
+        /// Mean force on every particle.
+        strength: Option<f64> = "0"
+            { unit: "N", domain: Domain::NotNegative, scale: Scale::SHARE },
+        /// Where it blows to, about the vertical: at 0 along x, at 90 along −z.
+        heading_deg: Option<f64> = "0" { unit: "°", domain: Domain::Finite },
+        /// By what part of its strength it comes and goes.
+        gusts: Option<f64> = "0" { domain: Domain::Fraction },
+    }
+
     /// A half space that particles cannot enter.
     PlaneRow {
         /// Direction out of the solid.
@@ -60,13 +77,17 @@ rows! {
         /// Signed distance of the plane from the origin along the normal.
         offset: Option<f64> = "0" { unit: "m", domain: Domain::Finite },
         /// Fraction of the normal speed that a bounce returns.
-        restitution: Option<f64> = "0" { domain: Domain::Fraction },
+        restitution: Option<f64> = "0"
+            { domain: Domain::Fraction, live: Live::Plane, instead_of: &["sticky"] },
         /// Coulomb's coefficient of friction.
-        friction: Option<f64> = "0.5" { domain: Domain::Factor },
+        friction: Option<f64> = "0.5"
+            { domain: Domain::Factor, live: Live::Plane,
+              instead_of: &["tangential_loss", "sticky"] },
         /// Instead of `friction`: fraction of the tangential velocity lost in each substep of
         /// contact. Its effect depends on the substep and does not converge. It exists to repeat
         /// the report from which this project grew.
-        tangential_loss: Option<f64> = "not used" { domain: Domain::Fraction },
+        tangential_loss: Option<f64> = "not used"
+            { domain: Domain::Fraction, live: Live::Plane, instead_of: &["friction", "sticky"] },
         /// Short for `restitution = 0` and `tangential_loss = 1`: what touches the plane stops
         /// there, but is not glued: springs can pull it off.
         sticky: Option<bool> = "`false`",
@@ -128,5 +149,26 @@ rows! {
         /// How it is turned then, as at the start: from its own axes, not from the key frame
         /// before.
         rotation: Option<RotationRow> = "as in the key frame before",
+    }
+}
+
+impl From<WindRow> for Wind {
+    fn from(row: WindRow) -> Self {
+        Wind {
+            strength: row.strength.unwrap_or(0.0),
+            heading: row.heading_deg.unwrap_or(0.0).to_radians(),
+            gusts: row.gusts.unwrap_or(0.0),
+        }
+    }
+}
+
+impl From<Wind> for WindRow {
+    fn from(wind: Wind) -> Self {
+        let number = |value: f64| (value != 0.0).then_some(value);
+        WindRow {
+            strength: number(wind.strength),
+            heading_deg: number(wind.heading.to_degrees()),
+            gusts: number(wind.gusts),
+        }
     }
 }

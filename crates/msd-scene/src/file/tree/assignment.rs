@@ -1,20 +1,37 @@
 //! Values that keys of a scene are given in place of those in its file.
 
 use super::key::{Key, WRITTEN, shown};
-use super::{Source, Value, read_toml_value};
+use super::{Node, Source, Value, read_toml_value};
 use crate::error::{FileError, Place, one_line};
 use crate::shown::tame;
+use serde::de::{Deserializer, Error};
+use serde::ser::Serializer;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// A key of a scene and the value that it is given, as the command line writes it:
-/// `world.gravity=[0,-1.62,0]`.
-#[derive(Clone, Debug)]
+/// `world.gravity=[0,-1.62,0]`. Nothing as the value leaves the key out.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Assignment {
     key: Key,
     value: Value,
 }
 
 impl Assignment {
+    /// A value of a key such as `bodies[0].mass`.
+    ///
+    /// # Panics
+    /// If the key is not written as one, or the value is not one of a scene file.
+    pub fn new(key: &str, value: impl Serialize) -> Self {
+        let text = serde_json::to_string(&value).expect("a value that JSON has");
+        Assignment::from_json(key, &text).expect("a key and its value")
+    }
+
+    fn from_json(key: &str, value: &str) -> Option<Self> {
+        let node: Node = serde_json::from_str(value).ok()?;
+        Some(Assignment { key: Key::parse(key)?, value: node.value })
+    }
+
     /// Reads `KEY=VALUE`, the value as TOML has it. What is no value there and begins like none is
     /// a text, so that a shell needs no quotes within quotes: `solver.integrator=rk4`.
     ///
@@ -49,6 +66,21 @@ impl Assignment {
         &self.value
     }
 
+    /// The name of the key in its table.
+    pub fn name(&self) -> &str {
+        self.key.name()
+    }
+
+    /// The number of the first row on the way to the key; none of a key of all rows.
+    pub fn row(&self) -> Option<usize> {
+        self.key.row()
+    }
+
+    /// Whether it is void once another key is set.
+    pub(in crate::file) fn is_void_by(&self, key: &Key) -> bool {
+        key.covers(&self.key)
+    }
+
     /// Puts the value in its place.
     pub(crate) fn apply(&self, source: &mut Source<'_>) -> Result<(), FileError> {
         let set = self.key.set(&mut source.root, self.value.clone());
@@ -68,6 +100,21 @@ impl Assignment {
 impl fmt::Display for Assignment {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} = {}", self.key(), tame(&shown(&self.value)))
+    }
+}
+
+impl Serialize for Assignment {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let value = serde_json::to_string(&self.value).map_err(serde::ser::Error::custom)?;
+        serializer.serialize_str(&format!("{}={value}", self.key()))
+    }
+}
+
+impl<'de> Deserialize<'de> for Assignment {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        let (key, value) = text.split_once('=').unwrap_or_default();
+        Assignment::from_json(key, value).ok_or_else(|| Error::custom("not a key and a value"))
     }
 }
 

@@ -75,15 +75,61 @@ impl Key {
         self.steps.iter().zip(&other.steps).all(|(a, b)| a == b)
     }
 
-    /// Puts a value in its place in a scene; tables on the way are made if there are none.
+    /// The name in its table.
+    pub(super) fn name(&self) -> &str {
+        let mut names = self.steps.iter().filter_map(|step| match step {
+            Step::Key(name) => Some(name.as_str()),
+            Step::Row(_) => None,
+        });
+        names.next_back().unwrap_or_default()
+    }
+
+    /// The number of the first row on the way.
+    pub(super) fn row(&self) -> Option<usize> {
+        self.steps.iter().find_map(|step| match step {
+            Step::Key(_) => None,
+            Step::Row(row) => Some(*row),
+        })
+    }
+
+    /// The key of this name in the same table.
+    pub(in crate::file) fn beside(&self, name: &str) -> Key {
+        let mut key = self.clone();
+        key.steps.pop();
+        key.steps.push(Step::Key(name.into()));
+        key
+    }
+
+    /// Whether it names the value of another key, or what that is a part of; a key without the
+    /// number of a row is of all rows.
+    pub(in crate::file) fn covers(&self, other: &Key) -> bool {
+        let mut own = self.steps.iter().peekable();
+        for step in &other.steps {
+            match (own.peek(), step) {
+                (None, _) => return true,
+                (Some(Step::Key(_)), Step::Row(_)) => {}
+                (Some(is), _) if *is != step => return false,
+                _ => _ = own.next(),
+            }
+        }
+        own.peek().is_none()
+    }
+
+    /// Puts a value in its place in a scene; tables on the way are made if there are none. Nothing
+    /// leaves the key out.
     ///
     /// # Errors
     /// What is in the way, in words.
     pub fn set(&self, root: &mut Node, value: Value) -> Result<(), String> {
         let (mut node, mut path) = (root, String::new());
-        for step in &self.steps {
+        for (at, step) in self.steps.iter().enumerate() {
+            let is_left_out = at + 1 == self.steps.len() && matches!(value, Value::Nothing);
             let here = if path.is_empty() { "the scene".to_string() } else { path.clone() };
             match (step, &mut node.value) {
+                (Step::Key(name), Value::Table(rows)) if is_left_out => {
+                    rows.retain(|row| row.0 != *name);
+                    return Ok(());
+                }
                 (Step::Key(name), Value::Table(rows)) => {
                     path.push_str(if path.is_empty() { "" } else { "." });
                     path.push_str(name);
@@ -185,6 +231,8 @@ mod tests {
         assert_eq!(replaced.as_deref(), Ok("{bodies: [{mass: 1}, {mass: 3}]}"));
         let put = set("version = 1", "solver.substeps", Value::Whole(4));
         assert_eq!(put.as_deref(), Ok("{version: 1, solver: {substeps: 4}}"));
+        let left_out = set(scene, "bodies[0].mass", Value::Nothing);
+        assert_eq!(left_out.as_deref(), Ok("{bodies: [{}, {mass: 2}]}"));
     }
 
     #[test]

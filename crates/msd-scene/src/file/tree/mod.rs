@@ -17,7 +17,7 @@ use std::fmt;
 use toml::de::{DeTable, DeValue};
 
 /// A value and the byte at which it was written, if that is known.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Node {
     /// The value.
     pub value: Value,
@@ -26,7 +26,7 @@ pub struct Node {
 }
 
 /// What was written.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// A null of JSON.
     Nothing,
@@ -74,6 +74,11 @@ impl<'t> Source<'t> {
             SceneFormat::Json => read_json(text, name)?,
         };
         Ok(Source { name, text, root, precision: Cell::new(Precision::F64), drop: None })
+    }
+
+    /// A scene that was not read from a text.
+    pub(in crate::file) fn of(root: Node, name: &'t str) -> Self {
+        Source { name, text: "", root, precision: Cell::new(Precision::F64), drop: None }
     }
 
     /// The place of a byte.

@@ -3,6 +3,7 @@
 use msd_core::glam::DVec3;
 use msd_core::scene::any_meet;
 use msd_core::{Body, Scene, Spring};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -10,7 +11,8 @@ use std::ops::Range;
 const SLACK: f64 = 1e-3;
 
 /// A part of a model that can be left out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Part {
     /// The dampings of all springs.
     Damping,
@@ -75,6 +77,17 @@ impl Part {
             }
         };
         is_there.then_some(springs)
+    }
+
+    /// Switches it off in a scene, whose springs stay where they are.
+    pub(crate) fn switch_off(self, scene: &mut Scene) {
+        let Some(springs) = self.found_in(scene) else { return };
+        if springs.is_empty() {
+            *scene = self.without(scene).unwrap_or_default();
+        }
+        for spring in springs.into_iter().flatten() {
+            (scene.springs[spring].stiffness, scene.springs[spring].damping) = (0.0, 0.0);
+        }
     }
 
     fn springs(self, scene: &Scene) -> Vec<Range<usize>> {

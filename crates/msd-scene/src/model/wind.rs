@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 /// minute.
 const PERIODS: [f64; 2] = [2.3, 0.71];
 
-/// A wind that the user makes, on top of the uniform force of the scene.
+/// A wind on top of the uniform force of a scene.
 ///
 /// The core has no air that moves: wind is a force on every particle, whatever its velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -24,22 +24,27 @@ pub struct Wind {
 impl Wind {
     /// The force on every particle at a simulated time, newtons.
     pub fn force(&self, time: f64) -> DVec3 {
-        let swing: f64 = PERIODS.iter().map(|period| (TAU * time / period).sin()).sum();
+        let swing: f64 = PERIODS.iter().map(|period| libm::sin(TAU * time / period)).sum();
         let share = 1.0 + self.gusts * swing / PERIODS.len() as f64;
-        let (sine, cosine) = self.heading.sin_cos();
+        let (sine, cosine) = libm::sincos(self.heading);
         DVec3::new(cosine, 0.0, -sine) * (self.strength * share)
     }
 
-    /// The largest force that it comes to, newtons.
-    pub fn strongest(&self) -> DVec3 {
-        Wind { gusts: 0.0, ..*self }.force(0.0) * (1.0 + self.gusts)
-    }
-
     /// Whether every number is in its domain.
-    pub(super) fn is_usable(&self) -> bool {
+    pub(crate) fn is_usable(&self) -> bool {
         (0.0..f64::INFINITY).contains(&self.strength)
             && self.heading.is_finite()
             && (0.0..=1.0).contains(&self.gusts)
+    }
+
+    /// The same without gusts.
+    pub fn mean(&self) -> Wind {
+        Wind { gusts: 0.0, ..*self }
+    }
+
+    /// The same as strong as it comes to be, without gusts.
+    pub fn strongest(&self) -> Wind {
+        Wind { strength: self.strength * (1.0 + self.gusts), ..self.mean() }
     }
 
     /// Whether it comes and goes.
