@@ -78,12 +78,12 @@ impl Target {
             | Live::Material => {
                 let body = row.filter(|&body| self.made.get(body).is_some_and(Option::is_some));
                 let body =
-                    body.ok_or_else(|| format!("{} is of no body of a material", edit.key()))?;
+                    body.ok_or_else(|| format!("{} needs a body that is made of a material", edit.key()))?;
                 return self.remake(body, edit);
             }
             Live::Look => {
                 let body = row.filter(|&body| body < scene.bodies.len());
-                let body = body.ok_or_else(|| format!("{} is of no body", edit.key()))?;
+                let body = body.ok_or_else(|| format!("{} names a body that the scene lacks", edit.key()))?;
                 let is_sheet = scene.bodies[body].surface.two_sided;
                 let look = look_of(edit.read()?, is_sheet).map_err(|error| error.to_string())?;
                 vec![Interaction::SetLook { body, look }]
@@ -118,7 +118,7 @@ impl Target {
     fn remake(&mut self, body: usize, edit: &Assignment) -> Result<Vec<Interaction>, String> {
         let Some(made) = &mut self.made[body] else { return Ok(Vec::new()) };
         let bodies = Select::Body(body);
-        let lacking = || format!("{} is none of this body", edit.key());
+        let lacking = || format!("{} does not apply to this body", edit.key());
         let scale = |number, was: &mut f64, value: f64| {
             let factor = value / *was;
             *was = value;
