@@ -77,13 +77,15 @@ impl Target {
             | Live::RelaxationTime
             | Live::Material => {
                 let body = row.filter(|&body| self.made.get(body).is_some_and(Option::is_some));
-                let body =
-                    body.ok_or_else(|| format!("{} needs a body that is made of a material", edit.key()))?;
+                let body = body.ok_or_else(|| {
+                    format!("{} needs a body that is made of a material", edit.key())
+                })?;
                 return self.remake(body, edit);
             }
             Live::Look => {
                 let body = row.filter(|&body| body < scene.bodies.len());
-                let body = body.ok_or_else(|| format!("{} names a body that the scene lacks", edit.key()))?;
+                let body = body
+                    .ok_or_else(|| format!("{} names a body that the scene lacks", edit.key()))?;
                 let is_sheet = scene.bodies[body].surface.two_sided;
                 let look = look_of(edit.read()?, is_sheet).map_err(|error| error.to_string())?;
                 vec![Interaction::SetLook { body, look }]
