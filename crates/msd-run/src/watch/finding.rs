@@ -153,7 +153,7 @@ impl Finding {
                 format!("the total energy has fallen by {energy}, and nothing took it: {errors}")
             }
             Kind::Damped => {
-                format!("{integrator} has damped {energy} by itself, beside what is dissipated")
+                format!("{integrator} has damped {energy} of energy beside what is dissipated")
             }
             Kind::Squeezed => format!(
                 "obstacles leave particles no room between them since t = {t}: the energy of \
