@@ -618,9 +618,10 @@ const phone = {
     for (const [width, height] of [[390, 844], [844, 390]]) {
       await page.cdp.send('Emulation.setDeviceMetricsOverride',
         { width, height, deviceScaleFactor: 0, mobile: true });
-      // From a page without the program, which would keep its open panel again as the canvas changes.
-      await page.page.goto(page.url + 'page.css');
-      await page.page.evaluate(() => localStorage.clear());
+      // Where no program runs: one would keep its open panel again as the canvas changes.
+      await page.page.goto('about:blank');
+      const { origin } = new URL(page.url);
+      await page.cdp.send('Storage.clearDataForOrigin', { origin, storageTypes: 'local_storage' });
       await page.go('#scene=cube');
       const { view } = await page.until('steps', now => 2 < now.steps);
       const bar = await page.page.locator('#bar').boundingBox();
