@@ -234,7 +234,8 @@ impl Finding {
                  shorten the step"
             }
             Kind::CrossingTriangles => {
-                "use more substeps, a larger `touch.thickness`, or a finer spacing"
+                "use more substeps, a larger `touch.thickness`, or a finer spacing; or move bodies \
+                 apart that start in each other"
             }
             Kind::Pierced(_) => {
                 "use more substeps, a finer spacing, stiffer springs or less speed, or \

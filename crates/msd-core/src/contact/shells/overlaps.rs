@@ -22,6 +22,8 @@ use core::cmp::Ordering;
 /// The most particles of a shell that are pushed out of another one, spread over all inside: each
 /// looks at many faces.
 const MOST: usize = 256;
+/// The most particles of a shell whose ways out are tried as that of the whole.
+const MOST_WAYS: usize = 32;
 /// How far outside of a face a line still meets it, as a part of the face: no gap between faces.
 const BESIDE: f64 = 0.05;
 /// A direction in which no edges of lattices lie.
@@ -56,18 +58,8 @@ impl<R: Real> Finder<'_, R> {
         if !inside.iter().any(|(is_part, _)| *is_part) {
             return Vec::new();
         }
-        let [ways, back] = [(&inside[0].1, b), (&inside[1].1, a)].map(|(vertices, solid)| {
-            vertices.iter().fold(R::Vec3::ZERO, |sum, &vertex| sum + self.way_out(vertex, solid))
-        });
-        let middle = |shell: usize| {
-            let points = shells.vertices_of(shell).map(|vertex| self.point(vertex));
-            Extent::<R>::around(points).middle()
-        };
-        let ways = [ways - back, middle(a) - middle(b)];
-        let Some(out) = ways.into_iter().find(|way| R::SHORTEST_SQUARED < way.dot(*way)) else {
-            return Vec::new();
-        };
-        let out = out * (R::ONE / out.dot(out).sqrt());
+        let sides = [(&inside[0].1, b, R::ONE), (&inside[1].1, a, -R::ONE)];
+        let Some(out) = self.way_apart(clusters, sides) else { return Vec::new() };
         let sides = inside.iter().zip([(out, b), (-out, a)]);
         let row = |vertex: u32, (normal, solid): (R::Vec3, usize)| ContactRow {
             key: EDGES << 62 | OVERLAP | u64::from(vertex) << 30 | solid as u64,
@@ -77,6 +69,60 @@ impl<R: Real> Finder<'_, R> {
         sides
             .flat_map(|((_, few), side)| few.iter().map(move |&vertex| row(vertex, side)))
             .collect()
+    }
+
+    /// The direction in which the first of two shells is soonest out of the other: along the
+    /// shortest way out of one of the vertices inside.
+    fn way_apart(&self, clusters: &Clusters, sides: [(&Vec<u32>, usize, R); 2]) -> Option<R::Vec3> {
+        let each = |(vertices, solid, sign): (&Vec<u32>, usize, R)| {
+            let step = vertices.len().div_ceil(MOST_WAYS).max(1);
+            let few = vertices.iter().step_by(step).copied();
+            few.map(|vertex| (vertex, self.way_out(vertex, solid) * sign)).collect::<Vec<_>>()
+        };
+        let few = sides.map(each);
+        let all = few.iter().flatten().fold(R::Vec3::ZERO, |sum, (_, way)| sum + *way);
+        let middle = |(_, solid, _): (&Vec<u32>, usize, R)| {
+            let points = self.at.shells.vertices_of(solid).map(|vertex| self.point(vertex));
+            Extent::<R>::around(points).middle()
+        };
+        let ways = few.iter().flatten().map(|(_, way)| *way);
+        let ways = ways.chain([all, middle(sides[1]) - middle(sides[0])]);
+        let long = ways.filter(|way| R::SHORTEST_SQUARED < way.dot(*way));
+        let mut balls = [Vec::new(), Vec::new()];
+        for (balls, (_, solid, _)) in balls.iter_mut().zip(sides) {
+            self.set_balls(clusters, solid, balls);
+        }
+        let mut best = None;
+        for way in long {
+            let out = way * (R::ONE / way.dot(way).sqrt());
+            let mut farthest = R::ZERO;
+            for ((few, balls), (_, _, sign)) in few.iter().zip(&balls).zip(sides) {
+                for &(vertex, _) in few {
+                    let exit = self.exit((clusters, balls), (self.point(vertex), out * sign));
+                    farthest = farthest.max(exit.map_or(R::ZERO, |(_, way, _)| way));
+                }
+            }
+            if best.is_none_or(|(least, _)| farthest < least) {
+                best = Some((farthest, out));
+            }
+        }
+        best.map(|(_, out)| out)
+    }
+
+    /// The face through which a line leads out of a shell nearest to where it starts, the way to
+    /// it, and the weights of its corners.
+    fn exit(
+        &self,
+        around: (&Clusters, &Balls<R>),
+        line: (R::Vec3, R::Vec3),
+    ) -> Option<(u32, R, [R; 3])> {
+        let mut found: Option<(u32, R, [R; 3])> = None;
+        self.visit(around, line, R::of(BESIDE), |face, way, facing, weights| {
+            if R::ZERO < facing && found.is_none_or(|(_, known, _)| way.abs() < known.abs()) {
+                found = Some((face, way, weights));
+            }
+        });
+        found
     }
 
     /// Adds the rows of what was inside in the substep before. Two shells have none any more once
@@ -119,14 +165,8 @@ impl<R: Real> Finder<'_, R> {
         let shells = self.at.shells;
         let (key, normal) = (before.key, before.normal);
         let [vertex, _] = features(key);
-        let mut found: Option<(u32, R, [R; 3])> = None;
         let line = (self.point(vertex), normal);
-        self.visit((clusters, balls), line, R::of(BESIDE), |face, way, facing, weights| {
-            if R::ZERO < facing && found.is_none_or(|(_, known, _)| way.abs() < known.abs()) {
-                found = Some((face, way, weights));
-            }
-        });
-        let (face, way, weights) = found?;
+        let (face, way, weights) = self.exit((clusters, balls), line)?;
         let corners = shells.faces[face as usize].corners;
         let Sides { vertices, weights } = Sides::of_face(vertex, corners, weights);
         let stop = shells.stop_of::<R>(vertex, corners[0]);
