@@ -12,7 +12,7 @@ use toml_edit::{Array, DocumentMut, InlineTable, Item, TableLike, Value};
 /// Rewrites the text of a scene, TOML, so that it says what was set of it in a run.
 ///
 /// # Errors
-/// Text that is no TOML; a key that has no place in it.
+/// Text that is not TOML; a key that has no place in it.
 pub(super) fn with_values(
     text: &str,
     loaded: &Loaded,

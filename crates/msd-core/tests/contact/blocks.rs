@@ -48,7 +48,7 @@ pub fn slide<R: Real>(integrator: Integrator) -> Measures {
 
 /// Held by friction: after ten seconds no coordinate moves by more than its rounding to either
 /// side. What the block settled by, a centimetre, decays by a factor e in 0.4 s: 1e-12 m are left.
-/// What is lowest lies on the plane.
+/// The lowest particle lies on the plane.
 pub fn lie<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     for (slope, number) in slopes::<R>().iter().take(10).zip(1..) {

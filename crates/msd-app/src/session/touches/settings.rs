@@ -123,7 +123,7 @@ impl Session {
         self.refusal = edited.err();
     }
 
-    /// What is set once the selected bodies touch as an edit says.
+    /// The keys that are set once the selected bodies touch as an edit says.
     fn touched(&self, edit: TouchEdit) -> Result<Edits, FileError> {
         let (scene, mut edits) = (&self.loaded.scene, self.material.set.clone());
         let select = self.material().values().select;

@@ -32,6 +32,15 @@ const ASKEW: [f64; 3] = [0.5291, 0.7127, 0.4607];
 /// The clusters of a shell, and the balls around them: where they are, and their radii squared.
 pub(super) type Balls<R> = Vec<(u32, <R as Real>::Vec3, R)>;
 
+/// The vertices of a shell that are inside another one, which they leave in the direction of the
+/// first shell of the two, or in the opposite one.
+struct Inside<R: Real> {
+    vertices: Vec<u32>,
+    solid: usize,
+    balls: Balls<R>,
+    sign: R,
+}
+
 impl<R: Real> Finder<'_, R> {
     /// The rows of two shells that cross, each with its key and its direction; none where they do
     /// not.
@@ -42,63 +51,57 @@ impl<R: Real> Finder<'_, R> {
         are_closed: &[bool],
     ) -> Vec<ContactRow<R>> {
         let shells = self.at.shells;
-        let inside = [[a, b], [b, a]].map(|[own, solid]| {
-            let mut all: Vec<u32> = Vec::new();
+        let mut crosses = false;
+        let sides = [(a, b, R::ONE), (b, a, -R::ONE)].map(|(own, solid, sign)| {
+            let mut balls = Vec::new();
             if are_closed[solid] {
-                let mut balls = Vec::new();
                 self.set_balls(clusters, solid, &mut balls);
-                all.extend(
-                    shells.vertices_of(own).filter(|&v| self.is_inside(clusters, &balls, v)),
-                );
             }
-            let step = all.len().div_ceil(MOST).max(1);
-            let is_part = !all.is_empty() && all.len() < shells.vertices_of(own).len();
-            (is_part, all.into_iter().step_by(step).collect::<Vec<u32>>())
+            let own = shells.vertices_of(own);
+            let count = own.len();
+            let all: Vec<u32> = own.filter(|&v| self.is_inside(clusters, &balls, v)).collect();
+            crosses |= !all.is_empty() && all.len() < count;
+            Inside { vertices: few(&all, MOST).collect(), solid, balls, sign }
         });
-        if !inside.iter().any(|(is_part, _)| *is_part) {
+        if !crosses {
             return Vec::new();
         }
-        let sides = [(&inside[0].1, b, R::ONE), (&inside[1].1, a, -R::ONE)];
-        let Some(out) = self.way_apart(clusters, sides) else { return Vec::new() };
-        let sides = inside.iter().zip([(out, b), (-out, a)]);
-        let row = |vertex: u32, (normal, solid): (R::Vec3, usize)| ContactRow {
-            key: EDGES << 62 | OVERLAP | u64::from(vertex) << 30 | solid as u64,
-            normal,
+        let Some(out) = self.way_apart(clusters, &sides) else { return Vec::new() };
+        let row = |vertex: u32, side: &Inside<R>| ContactRow {
+            key: EDGES << 62 | OVERLAP | u64::from(vertex) << 30 | side.solid as u64,
+            normal: out * side.sign,
             ..ContactRow::default()
         };
-        sides
-            .flat_map(|((_, few), side)| few.iter().map(move |&vertex| row(vertex, side)))
-            .collect()
+        let each = sides.iter().map(|side| (side, &side.vertices));
+        each.flat_map(|(side, all)| all.iter().map(move |&vertex| row(vertex, side))).collect()
     }
 
     /// The direction in which the first of two shells is soonest out of the other: along the
     /// shortest way out of one of the vertices inside.
-    fn way_apart(&self, clusters: &Clusters, sides: [(&Vec<u32>, usize, R); 2]) -> Option<R::Vec3> {
-        let each = |(vertices, solid, sign): (&Vec<u32>, usize, R)| {
-            let step = vertices.len().div_ceil(MOST_WAYS).max(1);
-            let few = vertices.iter().step_by(step).copied();
-            few.map(|vertex| (vertex, self.way_out(vertex, solid) * sign)).collect::<Vec<_>>()
-        };
-        let few = sides.map(each);
-        let all = few.iter().flatten().fold(R::Vec3::ZERO, |sum, (_, way)| sum + *way);
-        let middle = |(_, solid, _): (&Vec<u32>, usize, R)| {
-            let points = self.at.shells.vertices_of(solid).map(|vertex| self.point(vertex));
+    fn way_apart(&self, clusters: &Clusters, sides: &[Inside<R>; 2]) -> Option<R::Vec3> {
+        let ways: Vec<R::Vec3> = sides
+            .iter()
+            .flat_map(|side| {
+                let way = |vertex| self.way_out(vertex, side.solid) * side.sign;
+                few(&side.vertices, MOST_WAYS).map(way)
+            })
+            .collect();
+        let all = ways.iter().fold(R::Vec3::ZERO, |sum, way| sum + *way);
+        let [middle, other] = [&sides[1], &sides[0]].map(|side| {
+            let points = self.at.shells.vertices_of(side.solid).map(|vertex| self.point(vertex));
             Extent::<R>::around(points).middle()
-        };
-        let ways = few.iter().flatten().map(|(_, way)| *way);
-        let ways = ways.chain([all, middle(sides[1]) - middle(sides[0])]);
-        let long = ways.filter(|way| R::SHORTEST_SQUARED < way.dot(*way));
-        let mut balls = [Vec::new(), Vec::new()];
-        for (balls, (_, solid, _)) in balls.iter_mut().zip(sides) {
-            self.set_balls(clusters, solid, balls);
-        }
+        });
         let mut best = None;
-        for way in long {
-            let out = way * (R::ONE / way.dot(way).sqrt());
+        for way in ways.into_iter().chain([all, middle - other]) {
+            let square = way.dot(way);
+            if square <= R::SHORTEST_SQUARED {
+                continue;
+            }
+            let out = way * (R::ONE / square.sqrt());
             let mut farthest = R::ZERO;
-            for ((few, balls), (_, _, sign)) in few.iter().zip(&balls).zip(sides) {
-                for &(vertex, _) in few {
-                    let exit = self.exit((clusters, balls), (self.point(vertex), out * sign));
+            for Inside { vertices, balls, sign, .. } in sides {
+                for vertex in few(vertices, MOST_WAYS) {
+                    let exit = self.exit((clusters, balls), (self.point(vertex), out * *sign));
                     farthest = farthest.max(exit.map_or(R::ZERO, |(_, way, _)| way));
                 }
             }
@@ -257,4 +260,9 @@ impl<R: Real> Finder<'_, R> {
             }
         }
     }
+}
+
+/// At most so many of some vertices, spread over all of them.
+fn few(vertices: &[u32], most: usize) -> impl Iterator<Item = u32> + '_ {
+    vertices.iter().step_by(vertices.len().div_ceil(most).max(1)).copied()
 }

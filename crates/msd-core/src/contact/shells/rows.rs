@@ -55,22 +55,21 @@ impl<R: Real> ShellRows<R> {
             return;
         }
         let count = shells.rows().len();
-        let are_closed: Vec<bool> = (0..count).map(|shell| shells.is_closed(shell)).collect();
         let extents: Vec<Extent<R>> = (0..count)
             .map(|shell| {
                 Extent::around(shells.vertices_of(shell).map(|v| shells.point(positions, v)))
             })
             .collect();
-        let cross = |&[a, b]: &[usize; 2]| {
-            (are_closed[a] || are_closed[b])
-                && extents[a].is_near(extents[b], R::ZERO)
-                && shells.do_shells_meet([a, b])
+        let are_near = |&[a, b]: &[usize; 2]| {
+            extents[a].is_near(extents[b], R::ZERO) && shells.do_shells_meet([a, b])
         };
         let pairs = (0..count).flat_map(|last| (0..last).map(move |first| [first, last]));
-        let mut pairs: Vec<[usize; 2]> = pairs.filter(cross).collect();
+        let mut pairs: Vec<[usize; 2]> = pairs.filter(are_near).collect();
         if pairs.is_empty() {
             return;
         }
+        let are_closed: Vec<bool> = (0..count).map(|shell| shells.is_closed(shell)).collect();
+        pairs.retain(|&[a, b]| are_closed[a] || are_closed[b]);
         let of = shells.by_particle();
         for [a, b] in springs.map(|ends| ends.map(|end| of.get(&end).copied())) {
             if a != b {
@@ -79,14 +78,16 @@ impl<R: Real> ShellRows<R> {
                 });
             }
         }
-        let clusters = Clusters::new(shells);
-        self.patch.fit(shells);
-        for vertex in 0..shells.vertices.len() as u32 {
-            self.patch.points[vertex as usize] = shells.point(positions, vertex);
+        if pairs.is_empty() {
+            return;
         }
+        self.lists.clusters = Clusters::new(shells);
+        self.lists.vertices = (0..shells.vertices.len() as u32).collect();
+        self.patch.fit(shells);
+        self.read_points(at, positions);
         let finder = Finder::new(at, &self.patch, R::ZERO);
         for pair in pairs {
-            self.rows.extend(finder.crossing(&clusters, pair, &are_closed));
+            self.rows.extend(finder.crossing(&self.lists.clusters, pair, &are_closed));
         }
         self.rows.sort_unstable_by_key(|row| row.key);
     }
