@@ -3,7 +3,7 @@
 use crate::columns::extent::Records;
 use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, single, vector};
-use crate::number::{Real, Vector};
+use crate::number::Real;
 use crate::obstacles::Obstacles;
 use crate::scene::shell::{Between, Shell, any_meet, do_meet};
 use alloc::collections::BTreeMap;
@@ -316,21 +316,6 @@ impl Shells {
     #[inline(always)]
     pub(super) fn point<R: Real>(&self, positions: &[R], vertex: u32) -> R::Vec3 {
         vector::<R>(positions, self.vertices[vertex as usize].at as usize)
-    }
-
-    /// Where some vertices are, metres.
-    #[inline(always)]
-    pub(super) fn points<R: Real, const N: usize>(
-        &self,
-        positions: &[R],
-        vertices: [u32; N],
-    ) -> [R::Vec3; N] {
-        // Without `map`, which is not always compiled into the loop around it.
-        let mut points = [R::Vec3::ZERO; N];
-        for (point, vertex) in points.iter_mut().zip(vertices) {
-            *point = self.point(positions, vertex);
-        }
-        points
     }
 }
 

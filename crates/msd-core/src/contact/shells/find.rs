@@ -65,9 +65,14 @@ impl<'a, R: Real> Finder<'a, R> {
         let margin = pair.margin + R::of(self.at.shells.reach() * NOISE);
         let most = pair.worn + margin.to_f64();
         let mut near = core::mem::take(&mut self.near);
-        near.clear();
-        let keys = (0..).zip(&*listed).filter(|(_, pair)| pair.until < most);
-        near.extend(keys.map(|(at, pair)| (pair.key, at)));
+        near.resize(listed.len(), (0, 0));
+        let mut count = 0;
+        // Without a branch: which are near is hard to guess.
+        for (at, pair) in listed.iter().enumerate() {
+            near[count] = (pair.key, at);
+            count += usize::from(pair.until < most);
+        }
+        near.truncate(count);
         for of_kind in near.chunk_by(|a, b| a.0 >> 62 == b.0 >> 62) {
             for few in of_kind.chunks(LANES) {
                 let points = (self.at.shells, &self.patch.points[..]);

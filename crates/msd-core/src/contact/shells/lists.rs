@@ -1,6 +1,6 @@
 //! Lists of features that may be near each other, which serve for many substeps.
 
-use super::clusters::{Cluster, Clusters};
+use super::clusters::{Cluster, Clusters, Feature};
 use super::distance::{between_edges, minus, of_edge, of_face};
 use super::features::{At, Shells};
 use super::margins::Margins;
@@ -8,11 +8,11 @@ use super::row::{EDGE, EDGES, FACE, key};
 use crate::columns::extent::Extent;
 use crate::columns::{LANES, load};
 use crate::number::{Real, Vector, at_level};
-use crate::pack::{Pack, zip};
+use crate::pack::{Number, Pack, zip};
 use crate::scene::shell::do_meet;
 use alloc::vec::Vec;
 use core::ops::Range;
-use fearless_simd::{Level, Simd};
+use fearless_simd::{Level, Simd, SimdMask};
 
 /// Two features, a vertex and a face, a vertex and an edge of no face, or two edges, and how far
 /// their clusters must come closer to each other before the gap may be closed, metres.
@@ -36,6 +36,8 @@ pub(super) struct ClusterPair<R> {
     pub(super) margin: R,
     /// The distance at which the shells stop each other, metres.
     pub(super) stop: R,
+    /// The length of the longest edge of both as they were found, metres.
+    edge: R,
     pub(super) features: Range<u32>,
 }
 
@@ -47,7 +49,7 @@ pub(super) struct Candidates<R: Real> {
     /// The pairs that may matter in this substep, in order.
     pub(super) due: Vec<u32>,
     pub(super) pairs: Vec<ClusterPair<R>>,
-    before: Vec<ClusterPair<R>>,
+    pairs_before: Vec<ClusterPair<R>>,
     pub(super) features: Vec<ListedPair>,
     /// The vertices of the clusters of those pairs and those that edges join to them.
     pub(super) vertices: Vec<u32>,
@@ -61,8 +63,14 @@ pub(super) struct Candidates<R: Real> {
     around: Extent<R>,
     /// Whether each cluster, and each vertex, is one that may matter.
     are_due: [Vec<bool>; 2],
-    /// How far each cluster has moved since the last look.
+    /// Where the corners of all clusters are, where they were at the last look, and the ways from
+    /// there, metres.
+    pub(super) corners: Vec<R::Vec3>,
+    before: Vec<R::Vec3>,
+    ways: Vec<R::Vec3>,
+    /// The boxes around the ways of each cluster, and around its features.
     moved: Vec<Extent<R>>,
+    boxes: Vec<Extent<R>>,
     search: FeatureSearch<R>,
 }
 
@@ -88,6 +96,7 @@ impl<R: Real> Candidates<R> {
             self.clusters = Clusters::new(shells);
         }
         if !self.is_listed {
+            self.read_corners(shells, positions);
             return false;
         }
         let moved = at_level!(at.level, simd => ways(simd, shells, [&self.last, positions]));
@@ -131,7 +140,7 @@ impl<R: Real> Candidates<R> {
             Extent::of(simd, &shells.records, |at, part| load(simd, &positions[at..], part))
         });
         if !self.is_listed || self.found_to < self.worn + needed {
-            self.pair_clusters(shells, positions, needed);
+            self.pair_clusters(shells, needed);
         }
         self.is_listed = true;
         for number in 0..self.pairs.len() {
@@ -139,7 +148,7 @@ impl<R: Real> Candidates<R> {
             pair.margin = margins.between(pair.clusters);
             let needed = pair.margin.to_f64() + noise;
             if pair.listed_to < pair.worn + needed {
-                self.list(level, shells, positions, (number, needed));
+                self.list(level, shells, (number, needed));
             }
             let pair = &self.pairs[number];
             if pair.until < pair.worn + needed {
@@ -164,33 +173,39 @@ impl<R: Real> Candidates<R> {
 
     /// Adds to the wear of each pair how far its clusters may have come closer since the last look.
     fn wear_out(&mut self, shells: &Shells, positions: &[R]) {
-        let Candidates { clusters, moved, last, pairs, .. } = self;
+        core::mem::swap(&mut self.corners, &mut self.before);
+        self.read_corners(shells, positions);
+        let Candidates { clusters, corners, before, ways, moved, pairs, .. } = self;
+        ways.clear();
+        ways.extend(corners.iter().zip(&*before).map(|(&now, &before)| now - before));
         moved.clear();
-        moved.extend(clusters.rows.iter().map(|cluster| {
-            let way = |&vertex: &u32| {
-                shells.point::<R>(positions, vertex) - shells.point::<R>(last, vertex)
-            };
-            Extent::around(cluster.corners.iter().map(way))
-        }));
+        moved.extend(clusters.rows.iter().map(|cluster| cluster.extent::<R>(ways)));
         for pair in pairs {
             let [own, other] = pair.clusters.map(|cluster| moved[cluster as usize]);
             pair.worn += own.with(other).diagonal().sqrt().to_f64();
         }
     }
 
+    /// Reads where the corners of the clusters are.
+    fn read_corners(&mut self, shells: &Shells, positions: &[R]) {
+        let here = |&vertex: &u32| shells.point::<R>(positions, vertex);
+        self.corners.clear();
+        self.corners.extend(self.clusters.corners.iter().map(here));
+    }
+
     /// Finds the clusters that may be near each other, up to a distance of about their own size.
     /// Those that were found before keep their features.
-    fn pair_clusters(&mut self, shells: &Shells, positions: &[R], needed: f64) {
-        let boxes = &mut self.moved;
+    fn pair_clusters(&mut self, shells: &Shells, needed: f64) {
+        let boxes = &mut self.boxes;
         boxes.clear();
-        boxes.extend(self.clusters.rows.iter().map(|cluster| cluster.extent(shells, positions)));
+        boxes.extend(self.clusters.rows.iter().map(|cluster| cluster.extent::<R>(&self.corners)));
         let sizes = boxes.iter().map(|extent| extent.diagonal().sqrt().to_f64()).sum::<f64>();
         let beyond = (BEYOND * sizes / boxes.len() as f64).max(2.0 * needed);
         let far = R::of(shells.reach() + beyond);
         (self.worn, self.found_to) = (0.0, beyond);
-        core::mem::swap(&mut self.pairs, &mut self.before);
+        core::mem::swap(&mut self.pairs, &mut self.pairs_before);
         let is_listed = self.is_listed;
-        let mut known = self.before.drain(..).filter(|_| is_listed).peekable();
+        let mut known = self.pairs_before.drain(..).filter(|_| is_listed).peekable();
         let all = boxes.iter().copied().fold(Extent::default(), Extent::with);
         let along = all.longest_axis();
         let order = &mut self.search.order;
@@ -218,8 +233,9 @@ impl<R: Real> Candidates<R> {
             let new = || {
                 let [own, other] = clusters.map(|cluster| boxes[cluster as usize]);
                 let apart = own.distance(other).to_f64() - shells.reach();
-                let first =
-                    clusters.map(|cluster| self.clusters.rows[cluster as usize].vertices[0]);
+                let rows = clusters.map(|cluster| &self.clusters.rows[cluster as usize]);
+                let first = rows.map(|cluster| cluster.vertices[0].number);
+                let longest = rows.map(|cluster| cluster.longest::<R>(&self.corners));
                 ClusterPair {
                     clusters,
                     worn: 0.0,
@@ -227,6 +243,7 @@ impl<R: Real> Candidates<R> {
                     listed_to: apart,
                     margin: R::ZERO,
                     stop: shells.stop_of(first[0], first[1]),
+                    edge: longest[0].max(longest[1]),
                     features: 0..0,
                 }
             };
@@ -236,30 +253,23 @@ impl<R: Real> Candidates<R> {
     }
 
     /// Lists the features of a pair that are within their reach and some distance of each other.
-    fn list(
-        &mut self,
-        level: Level,
-        shells: &Shells,
-        positions: &[R],
-        (number, needed): (usize, f64),
-    ) {
+    fn list(&mut self, level: Level, shells: &Shells, (number, needed): (usize, f64)) {
         let pair = &mut self.pairs[number];
-        let [own, other] = pair.clusters.map(|cluster| &self.clusters.rows[cluster as usize]);
-        let boxes = [own, other].map(|cluster| cluster.extent(shells, positions));
+        let sides = pair.clusters.map(|cluster| {
+            let cluster = &self.clusters.rows[cluster as usize];
+            let corners = &self.corners[cluster.corners.clone()];
+            Side { cluster, corners, around: cluster.extent::<R>(&self.corners) }
+        });
         let stop = pair.stop;
-        let apart = (boxes[0].distance(boxes[1]) - stop).to_f64();
-        let edge = own.longest(shells, positions).max(other.longest(shells, positions));
-        let skin = (SKIN * edge.to_f64()).max(2.0 * needed) + needed;
+        let apart = (sides[0].around.distance(sides[1].around) - stop).to_f64();
+        let skin = (SKIN * pair.edge.to_f64()).max(2.0 * needed) + needed;
         let first = self.features.len() as u32;
         pair.listed_to = pair.worn + skin.max(apart);
         pair.until = pair.listed_to;
         if apart < skin {
             self.search.reach = stop + R::of(skin);
             let is_one = pair.clusters[0] == pair.clusters[1];
-            let sides = [own, other];
-            at_level!(level, simd => {
-                self.search.list(simd, (shells, positions), (sides, boxes, is_one))
-            });
+            at_level!(level, simd => self.search.list(simd, shells, (&sides, is_one)));
             for &(key, square) in &self.search.near {
                 let until = pair.worn + (square.sqrt() - stop).to_f64();
                 pair.until = pair.until.min(until);
@@ -339,22 +349,31 @@ fn ways<S: Simd, R: Real>(simd: S, shells: &Shells, [from, to]: [&[R]; 2]) -> Ex
 
 impl Cluster {
     fn shell(&self, shells: &Shells) -> usize {
-        shells.shell_of(self.vertices[0])
+        shells.shell_of(self.vertices[0].number)
     }
 
-    /// The box around its features.
-    pub(super) fn extent<R: Real>(&self, shells: &Shells, positions: &[R]) -> Extent<R> {
-        Extent::around(self.corners.iter().map(|&vertex| shells.point(positions, vertex)))
+    /// The box around vectors of its corners, of those of all clusters.
+    pub(super) fn extent<R: Real>(&self, vectors: &[R::Vec3]) -> Extent<R> {
+        Extent::around(vectors[self.corners.clone()].iter().copied())
     }
 
     /// The length of its longest edge, metres.
-    fn longest<R: Real>(&self, shells: &Shells, positions: &[R]) -> R {
-        let square = |&edge: &u32| {
-            let [a, b]: [R::Vec3; 2] = shells.points(positions, shells.edges[edge as usize].ends);
+    fn longest<R: Real>(&self, corners: &[R::Vec3]) -> R {
+        let corners = &corners[self.corners.clone()];
+        let square = |edge: &Feature<2>| {
+            let [a, b] = edge.corners.map(|corner| corners[corner as usize]);
             (b - a).dot(b - a)
         };
         self.edges.iter().map(square).fold(R::ZERO, R::max).sqrt()
     }
+}
+
+/// A cluster as a search sees it.
+struct Side<'a, R: Real> {
+    cluster: &'a Cluster,
+    /// Where its corners are, metres, and the box around them.
+    corners: &'a [R::Vec3],
+    around: Extent<R>,
 }
 
 /// What a search for features of two clusters takes note of.
@@ -378,38 +397,41 @@ impl<R: Real> FeatureSearch<R> {
     fn list<S: Simd>(
         &mut self,
         simd: S,
-        at: (&Shells, &[R]),
-        (sides, boxes, is_one): ([&Cluster; 2], [Extent<R>; 2], bool),
+        shells: &Shells,
+        (sides, is_one): (&[Side<'_, R>; 2], bool),
     ) {
         self.near.clear();
+        let reach = self.reach;
         for (own, other) in [(0, 1), (1, 0)] {
             if is_one && own == 1 {
                 break;
             }
-            self.vertices.fill(at, (&sides[own].vertices, |v| [v]), (boxes[other], self.reach));
-            let corners = |face: u32| at.0.faces[face as usize].corners;
-            self.faces.fill(at, (&sides[other].faces, corners), (boxes[own], self.reach));
-            self.see_faces(simd, at.0);
-            let ends = |edge: u32| at.0.edges[edge as usize].ends;
-            if !sides[other].bare.is_empty() {
-                self.edges.fill(at, (&sides[other].bare, ends), (boxes[own], self.reach));
-                self.see_bare(simd, at.0);
+            let [Side { cluster, corners, around }, others] = [&sides[own], &sides[other]];
+            self.vertices.fill((&cluster.vertices, corners), (others.around, reach));
+            self.faces.fill((&others.cluster.faces, others.corners), (*around, reach));
+            self.see_faces(simd, shells);
+            if !others.cluster.bare.is_empty() {
+                self.edges.fill((&others.cluster.bare, others.corners), (*around, reach));
+                self.see_bare(simd, shells);
             }
         }
-        let ends = |edge: u32| at.0.edges[edge as usize].ends;
-        self.edges.fill(at, (&sides[1].edges, ends), (boxes[0], self.reach));
-        for (number, &edge) in sides[0].edges.iter().enumerate() {
-            let [a, b]: [R::Vec3; 2] = at.0.points(at.1, ends(edge));
-            if !boxes[1].is_near(Extent::around([a, b].into_iter()), self.reach) {
+        let ends = |edge: u32| shells.edges[edge as usize].ends;
+        let [Side { cluster, corners, around }, others] = sides;
+        self.edges.fill((&others.cluster.edges, others.corners), (*around, reach));
+        for (number, edge) in cluster.edges.iter().enumerate() {
+            let [a, b] = [corners[edge.corners[0] as usize], corners[edge.corners[1] as usize]];
+            let around = Extent::around([a, b].into_iter());
+            if !others.around.is_near(around, reach) {
                 continue;
             }
             let line = [splat(simd, a), splat(simd, b)];
+            let edge = edge.number;
             let own = ends(edge);
             let near = &mut self.near;
             let square = |other| between_edges(line, other);
             // Of two edges of one cluster the first sees the other.
             let first = if is_one { number + 1 } else { 0 };
-            self.edges.see(simd, (first, self.reach), square, |other, square| {
+            self.edges.see(simd, (around, reach, first), square, |other, square| {
                 if ends(other).iter().all(|end| !own.contains(end)) {
                     near.push((key(EDGES, edge.min(other), edge.max(other)), square));
                 }
@@ -420,12 +442,12 @@ impl<R: Real> FeatureSearch<R> {
     #[inline(always)]
     fn see_faces<S: Simd>(&mut self, simd: S, shells: &Shells) {
         for at in 0..self.vertices.features.len() {
-            let (vertex, here) = self.vertices.one(simd, at);
+            let (vertex, around, here) = self.vertices.one(simd, at);
             let near = &mut self.near;
             let square = |[a, b, c]: [[Pack<S, R>; 3]; 3]| {
                 of_face([minus(a, here), minus(b, here), minus(c, here)])
             };
-            self.faces.see(simd, (0, self.reach), square, |face, square| {
+            self.faces.see(simd, (around, self.reach, 0), square, |face, square| {
                 if !shells.faces[face as usize].corners.contains(&vertex) {
                     near.push((key(FACE, vertex, face), square));
                 }
@@ -436,11 +458,11 @@ impl<R: Real> FeatureSearch<R> {
     #[inline(always)]
     fn see_bare<S: Simd>(&mut self, simd: S, shells: &Shells) {
         for at in 0..self.vertices.features.len() {
-            let (vertex, here) = self.vertices.one(simd, at);
+            let (vertex, around, here) = self.vertices.one(simd, at);
             let near = &mut self.near;
             let square =
                 |ends: [[Pack<S, R>; 3]; 2]| of_edge(ends.map(|end| zip(end, here, |a, b| a - b)));
-            self.edges.see(simd, (0, self.reach), square, |edge, square| {
+            self.edges.see(simd, (around, self.reach, 0), square, |edge, square| {
                 if !shells.edges[edge as usize].ends.contains(&vertex) {
                     near.push((key(EDGE, vertex, edge), square));
                 }
@@ -461,12 +483,14 @@ fn splat<S: Simd, R: Real>(simd: S, vector: R::Vec3) -> [Pack<S, R>; 3] {
 struct FeatureLanes<R: Real, const POINTS: usize> {
     features: Vec<u32>,
     columns: [[Vec<R>; 3]; POINTS],
+    /// The boxes around sixteen of them each.
+    boxes: Vec<Extent<R>>,
 }
 
 impl<R: Real, const POINTS: usize> Default for FeatureLanes<R, POINTS> {
     fn default() -> Self {
         let columns = core::array::from_fn(|_| [Vec::new(), Vec::new(), Vec::new()]);
-        FeatureLanes { features: Vec::new(), columns }
+        FeatureLanes { features: Vec::new(), columns, boxes: Vec::new() }
     }
 }
 
@@ -474,19 +498,28 @@ impl<R: Real, const POINTS: usize> FeatureLanes<R, POINTS> {
     /// Overwrites the features by those of some that are within reach of a box.
     fn fill(
         &mut self,
-        (shells, positions): (&Shells, &[R]),
-        (features, points): (&[u32], impl Fn(u32) -> [u32; POINTS]),
+        (features, corners): (&[Feature<POINTS>], &[R::Vec3]),
         (around, reach): (Extent<R>, R),
     ) {
         self.features.clear();
+        self.boxes.clear();
         let columns = &mut self.columns;
         columns.as_flattened_mut().iter_mut().for_each(Vec::clear);
-        for &feature in features {
-            let points: [R::Vec3; POINTS] = shells.points(positions, points(feature));
-            if !around.is_near(Extent::around(points.into_iter()), reach) {
+        for feature in features {
+            // Without `map`, which is not always compiled into the loop around it.
+            let mut points = [R::Vec3::ZERO; POINTS];
+            for (point, &corner) in points.iter_mut().zip(&feature.corners) {
+                *point = corners[corner as usize];
+            }
+            let own = Extent::around(points.into_iter());
+            if !around.is_near(own, reach) {
                 continue;
             }
-            self.features.push(feature);
+            match self.boxes.last_mut() {
+                Some(last) if !self.features.len().is_multiple_of(LANES) => *last = last.with(own),
+                _ => self.boxes.push(own),
+            }
+            self.features.push(feature.number);
             for (column, point) in columns.iter_mut().zip(points) {
                 for (numbers, number) in column.iter_mut().zip(point.components()) {
                     numbers.push(number);
@@ -500,38 +533,51 @@ impl<R: Real, const POINTS: usize> FeatureLanes<R, POINTS> {
         }
     }
 
-    /// A feature of one point.
+    /// A feature of one point, and the box around it.
     #[inline(always)]
-    fn one<S: Simd>(&self, simd: S, at: usize) -> (u32, [Pack<S, R>; 3]) {
+    fn one<S: Simd>(&self, simd: S, at: usize) -> (u32, Extent<R>, [Pack<S, R>; 3]) {
         let [x, y, z] = &self.columns[0];
         let here = R::Vec3::from_components([x[at], y[at], z[at]]);
-        (self.features[at], splat(simd, here))
+        (self.features[at], Extent::around([here].into_iter()), splat(simd, here))
     }
 
-    /// Sees the features within reach from one of them on, by the squares of their distances, a
-    /// register at a time.
+    /// Sees the features from the first of them on that are within reach of what is in a box, by
+    /// the squares of their distances, a register at a time.
     #[inline(always)]
     fn see<S: Simd>(
         &self,
         simd: S,
-        (first, reach): (usize, R),
+        (around, reach, first): (Extent<R>, R, usize),
         square: impl Fn([[Pack<S, R>; 3]; POINTS]) -> Pack<S, R>,
         mut see: impl FnMut(u32, R),
     ) {
         let lanes = Pack::<S, R>::LEN;
         let most = reach * reach;
-        for part in (first / lanes * lanes..self.features.len()).step_by(lanes) {
-            let read = |numbers: &Vec<R>| Pack::from_slice(simd, &numbers[part..][..lanes]);
-            let mut points = [[Pack::<S, R>::new(simd, R::ZERO); 3]; POINTS];
-            for (point, column) in points.iter_mut().zip(&self.columns) {
-                *point = [read(&column[0]), read(&column[1]), read(&column[2])];
+        for (number, of_box) in self.boxes.iter().enumerate().skip(first / LANES) {
+            if !of_box.is_near(around, reach) {
+                continue;
             }
-            let mut squares = [R::ZERO; LANES];
-            square(points).store_slice(&mut squares[..lanes]);
-            let features = self.features[part..].iter().zip(squares).take(lanes);
-            for (&feature, square) in features.skip(first.saturating_sub(part)) {
-                if square < most {
-                    see(feature, square);
+            let start = number * LANES;
+            let end = (start + LANES).min(self.features.len());
+            for part in (start..end).step_by(lanes) {
+                let read = |numbers: &Vec<R>| Pack::from_slice(simd, &numbers[part..][..lanes]);
+                let mut points = [[Pack::<S, R>::new(simd, R::ZERO); 3]; POINTS];
+                for (point, column) in points.iter_mut().zip(&self.columns) {
+                    *point = [read(&column[0]), read(&column[1]), read(&column[2])];
+                }
+                let distances = square(points);
+                let mut near = distances.is_less(Pack::new(simd, most)).to_bitmask();
+                if near == 0 {
+                    continue;
+                }
+                let mut squares = [R::ZERO; LANES];
+                distances.store_slice(&mut squares[..lanes]);
+                while near != 0 {
+                    let lane = near.trailing_zeros() as usize;
+                    near &= near - 1;
+                    if (first..end).contains(&(part + lane)) {
+                        see(self.features[part + lane], squares[lane]);
+                    }
                 }
             }
         }

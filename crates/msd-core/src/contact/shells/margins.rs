@@ -1,6 +1,6 @@
 //! Bounds on how much closer features come to each other in a substep.
 
-use super::clusters::Clusters;
+use super::clusters::{Cluster, Clusters};
 use super::features::{At, Shells};
 use super::row::{ContactRow, EDGE, FACE, VERTEX, features};
 use crate::columns::extent::Extent;
@@ -12,7 +12,9 @@ use alloc::vec::Vec;
 /// between those that they have after the kick and those of what they touch.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Margins<R: Real> {
-    /// Those after the kick.
+    /// Those of the corners of all clusters after the kick.
+    velocities: Vec<R::Vec3>,
+    /// The boxes around those of each cluster.
     free: Vec<Extent<R>>,
     /// Those, and those of what touched the cluster in the last substep and of the obstacles that
     /// it may reach.
@@ -25,12 +27,13 @@ pub(super) struct Margins<R: Real> {
 }
 
 impl<R: Real> Margins<R> {
-    /// Sets the margins of a substep before a kick of `length` seconds, from the rows of the last
-    /// one; `most` holds for all clusters, and `seconds` is the substep and a bit.
+    /// Sets the margins of a substep before a kick of `length` seconds, from where corners are and
+    /// the rows of the last one; `most` holds for all clusters, and `seconds` is the substep and a
+    /// bit.
     pub(super) fn set(
         &mut self,
-        (at, clusters): (&At<'_, R>, &Clusters),
-        [positions, velocities, forces]: [&[R]; 3],
+        (at, clusters, corners): (&At<'_, R>, &Clusters, &[R::Vec3]),
+        [velocities, forces]: [&[R]; 2],
         (length, seconds, least): (R, R, R),
         (last, most): (&[ContactRow<R>], R),
     ) {
@@ -40,15 +43,15 @@ impl<R: Real> Margins<R> {
             let kick = vector::<R>(forces, place) * (at.inverse_masses[place] * length);
             vector::<R>(velocities, place) + kick
         };
+        self.velocities.clear();
+        self.velocities.extend(clusters.corners.iter().map(after));
         self.free.clear();
-        self.free
-            .extend(clusters.rows.iter().map(|of| Extent::around(of.corners.iter().map(after))));
+        self.free.extend(clusters.rows.iter().map(|of| of.extent::<R>(&self.velocities)));
         self.met.clear();
         self.met.extend_from_slice(&self.free);
         if !at.obstacles.is_empty() {
             for (number, cluster) in clusters.rows.iter().enumerate() {
-                let around = cluster.extent(at.shells, positions);
-                self.meet_obstacles((at, clusters), number, around);
+                self.meet_obstacles((at, cluster), number, cluster.extent(corners));
             }
         }
         for row in last.iter().filter(|row| row.push != R::ZERO && row.is_of_features()) {
@@ -64,13 +67,13 @@ impl<R: Real> Margins<R> {
     /// Adds the velocities of the obstacles that a cluster may reach.
     fn meet_obstacles(
         &mut self,
-        (at, clusters): (&At<'_, R>, &Clusters),
+        (at, cluster): (&At<'_, R>, &Cluster),
         number: usize,
         around: Extent<R>,
     ) {
         let At { obstacles, time, .. } = *at;
         let middle = around.middle();
-        let first = clusters.rows[number].vertices[0];
+        let first = cluster.vertices[0].number;
         let size = around.diagonal().sqrt() * R::HALF + at.shells.radius_of::<R>(first);
         for index in 0..obstacles.count() {
             let obstacle = obstacles.get(index);

@@ -226,8 +226,9 @@ impl<R: Real> Finder<'_, R> {
     fn set_balls(&self, clusters: &Clusters, shell: usize, balls: &mut Balls<R>) {
         balls.clear();
         for (number, cluster) in (0..).zip(&clusters.rows) {
-            if self.at.shells.shell_of(cluster.vertices[0]) == shell {
-                let around = Extent::<R>::around(cluster.corners.iter().map(|&v| self.point(v)));
+            if self.at.shells.shell_of(cluster.vertices[0].number) == shell {
+                let corners = &clusters.corners[cluster.corners.clone()];
+                let around = Extent::<R>::around(corners.iter().map(|&v| self.point(v)));
                 balls.push((number, around.middle(), around.diagonal() * R::of(0.25)));
             }
         }
@@ -249,7 +250,8 @@ impl<R: Real> Finder<'_, R> {
             if radius * R::of(1.01) < to.dot(to) - ahead * ahead / square {
                 continue;
             }
-            for &face in &clusters.rows[cluster as usize].faces {
+            for face in &clusters.rows[cluster as usize].faces {
+                let face = face.number;
                 let [a, b, c] = self.seen(face, here);
                 let normal = (b - a).cross(c - a);
                 let facing = normal.dot(along);

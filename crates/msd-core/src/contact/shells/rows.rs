@@ -210,10 +210,9 @@ impl<R: Real> ShellRows<R> {
         if self.lists.are_apart(at, positions, margins) {
             return is_fast;
         }
-        let columns = [positions, velocities, forces];
         let times = (length, h * spare, least);
-        let clusters = &self.lists.clusters;
-        self.margins.set((at, clusters), columns, times, (&self.last, margin));
+        let clusters = (at, &self.lists.clusters, &self.lists.corners[..]);
+        self.margins.set(clusters, [velocities, forces], times, (&self.last, margin));
         let margins = (&self.margins, margin);
         let are_all = self.lists.serve(at.level, shells, positions, margins);
         let of_pairs = self.last[inside.clone()]
