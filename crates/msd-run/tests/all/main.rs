@@ -4,6 +4,7 @@ mod automatic;
 mod builtin_scenes;
 mod crossings;
 mod gltf_files;
+mod gripper;
 mod overturned;
 mod piercing;
 mod recordings;
