@@ -5,6 +5,7 @@ mod builtin_scenes;
 mod crossings;
 mod gltf_files;
 mod gripper;
+mod guided_pins;
 mod overturned;
 mod piercing;
 mod recordings;
