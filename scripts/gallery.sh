@@ -17,6 +17,7 @@ moment() {
         drape) echo 3 ;;
         flag) echo 3 ;;
         foam) echo 0.9 ;;
+        gripper) echo 3 ;;
         jelly) echo 1.65 ;;
         funnel) echo 0.55 ;;
         knot) echo 0.5 ;;

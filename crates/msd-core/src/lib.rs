@@ -204,9 +204,10 @@ pub use scene::lattice;
 pub use scene::shape;
 pub use scene::substance;
 pub use scene::{
-    Air, Bend, Bending, Between, Body, Corner, DistanceGrid, Elasticity, Friction, Gust, KeyFrame,
-    Lattice, Look, MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours, PALETTE, Part, Particle,
-    Pattern, Pin, Plane, Scene, Shape, Shell, Solid, Spring, Substance, Surface, Volume, World,
+    Air, Bend, Bending, Between, Body, Corner, DistanceGrid, Elasticity, Friction, Guide, Gust,
+    KeyFrame, Lattice, Lead, Look, MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours, PALETTE, Part,
+    Particle, Pattern, Pin, Plane, Scene, Shape, Shell, Solid, Spring, Substance, Surface, Volume,
+    World,
 };
 pub use simulation::{
     Effects, Held, Interaction, MaterialNumber, Progress, Select, Simulation, Witness,

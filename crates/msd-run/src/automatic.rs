@@ -139,9 +139,10 @@ impl Automatic {
     }
 
     /// Why the next step of a run that has taken so many begins with a choice, if it does; what is
-    /// due is applied before that.
-    pub(crate) fn cause(self, steps: u64) -> Option<Cause> {
+    /// due is applied before that. `has_freed` is whether a pin ended in the last step.
+    pub(crate) fn cause(self, steps: u64, has_freed: bool) -> Option<Cause> {
         match self {
+            Chosen { at, .. } if has_freed && at != Some(steps) => Some(Cause::Change),
             Chosen { last, at } => {
                 let is_time = 0 < steps && steps.is_multiple_of(last.every) && at != Some(steps);
                 is_time.then_some(Cause::Time)

@@ -16,7 +16,7 @@ use std::path::Path;
 pub const ENDING: &str = "msdrec";
 
 /// Raised whenever what is written changes its form.
-const KIND: FileKind = FileKind { what: "recording", format: 16 };
+const KIND: FileKind = FileKind { what: "recording", format: 17, oldest: 16 };
 
 /// Steps after which a recording is written on at the latest: a second of the default step.
 const MOST_UNWRITTEN: u32 = 60;

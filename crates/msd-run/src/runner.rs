@@ -315,7 +315,8 @@ impl Runner {
     /// Automatic substeps, where the next step begins with a choice of them, and why.
     fn wanting(&self) -> Option<(Automatic, Cause)> {
         let automatic = self.automatic()?;
-        Some((automatic, automatic.cause(self.steps())?))
+        let has_freed = on!(self, simulation => simulation.has_freed_pins());
+        Some((automatic, automatic.cause(self.steps(), has_freed)?))
     }
 
     /// Chooses automatic substeps, where the next step begins with that.

@@ -24,7 +24,7 @@ macro_rules! builtin {
 }
 
 /// The built-in scenes, the default first.
-pub const BUILTINS: [Builtin; 23] = [
+pub const BUILTINS: [Builtin; 24] = [
     builtin!("cube", "a cube of firm jelly, turned and dropped"),
     builtin!("jelly", "a cube of jelly, spun and dropped"),
     builtin!("bunny", "a soft bunny hops, squashes as it lands and stands up again"),
@@ -36,6 +36,7 @@ pub const BUILTINS: [Builtin; 23] = [
     builtin!("funnel", "a weight pulls a cloth through a ring"),
     builtin!("knot", "a rope with a loose knot, which a weight pulls tight"),
     builtin!("curtain", "a ball comes through a curtain of two halves"),
+    builtin!("gripper", "two soft fingers lift a soft cube and set it down"),
     builtin!("flag", "a flag flies in a gusty wind"),
     builtin!("stairs", "a block of foam tumbles down the stairs"),
     builtin!("dice", "a die thrown hard against two walls"),

@@ -176,7 +176,7 @@ fn what_cannot_be_saved_recorded_or_replayed_is_refused_in_one_line() {
     let short = ["--duration", "0.1"];
     let files = ["--save", "s.msd", "--record", "r.msdrec"];
     json(msd(path, &[&["run", "square"], &short[..], &files].concat()));
-    std::fs::write(path.join("new.msd"), "msd saved run, format 17\nxyz").expect("a file");
+    std::fs::write(path.join("new.msd"), "msd saved run, format 18\nxyz").expect("a file");
     let saved = std::fs::read(path.join("s.msd")).expect("the saved run");
     std::fs::write(path.join("cut.msd"), &saved[..saved.len() / 2]).expect("a file");
     let mut changed = saved.clone();
@@ -184,7 +184,7 @@ fn what_cannot_be_saved_recorded_or_replayed_is_refused_in_one_line() {
     std::fs::write(path.join("changed.msd"), changed).expect("a file");
     for (arguments, told) in [
         (&["run", "r.msdrec"][..], "it is a recording, which msd run --replay takes"),
-        (&["run", "new.msd"], "new.msd: is a saved run of format 17; this msd reads format 16"),
+        (&["run", "new.msd"], "new.msd: is a saved run of format 18; this msd reads format 17"),
         (&["run", "cut.msd"], "cut.msd: is cut short"),
         (&["run", "changed.msd"], "changed.msd: is damaged: its checksum does not fit"),
         (&["run", "none.msd"], "none.msd: cannot be read"),

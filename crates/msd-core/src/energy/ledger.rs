@@ -5,8 +5,8 @@
 //! that it stops. So [`crate::Energy::total`] is constant as far as the method is exact, and its
 //! drift is the error of the method.
 //!
-//! Energy that a moving solid or a user-defined element drives in is counted separately: it is
-//! neither negative dissipation nor an error of the method.
+//! Energy that a moving solid, a moving pin or a user-defined element drives in is counted
+//! separately: it is neither negative dissipation nor an error of the method.
 
 use crate::contact::Contacts;
 use crate::contact::shells::ShellPassage;
@@ -43,8 +43,8 @@ impl Ledger {
         self.counted + self.given
     }
 
-    /// Energy that moving solids and user-defined elements have driven into the system, joules; not
-    /// negative.
+    /// Energy that moving solids, moving pins and user-defined elements have driven into the
+    /// system, joules; not negative.
     pub fn given(&self) -> f64 {
         self.given
     }

@@ -33,9 +33,10 @@ pub struct Energy {
     #[cfg_attr(feature = "serde", serde(default))]
     pub own: f64,
     /// Dissipated since the start by dampers, drag and contact, see [`Ledger`]. The work of user
-    /// input (grabs, pushes, moving pins, changed stiffness) is not counted anywhere.
+    /// input (grabs, pushes, changed stiffness) is not counted anywhere.
     pub dissipated: f64,
-    /// Supplied since the start by moving solids and user-defined elements; not negative.
+    /// Supplied since the start by moving solids, moving pins and user-defined elements; not
+    /// negative. What moving pins take back counts as dissipated.
     #[cfg_attr(feature = "serde", serde(default))]
     pub supplied: f64,
 }

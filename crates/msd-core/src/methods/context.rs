@@ -32,8 +32,9 @@ pub(crate) struct Scratch<R: Real> {
     /// The largest speed after the first substep of the step where there are solids, metres per
     /// second.
     pub(crate) fastest: R,
-    /// Power dissipated at the last evaluation, watts.
+    /// Power dissipated at the last evaluation, watts, and that which pins gave.
     pub(crate) power: f64,
+    pub(crate) power_of_pins: f64,
     /// Whether velocity Verlet knows the accelerations at the present state: a step starts from
     /// positions and velocities alone, so only where they would be found again to the bit.
     pub(crate) warm: bool,
@@ -52,6 +53,7 @@ impl<R: Real> Scratch<R> {
             contacts: Vec::new(),
             fastest: R::ZERO,
             power: 0.0,
+            power_of_pins: 0.0,
             warm: false,
             dormand_prince: None,
             implicit: None,
@@ -69,7 +71,7 @@ pub(crate) struct Done {
     pub(crate) contacts: Contacts,
     /// Whether anything touched an obstacle.
     pub(crate) touched: bool,
-    /// Energy that user-defined elements have driven into the system, joules.
+    /// Energy that pins and user-defined elements have driven into the system, joules.
     pub(crate) given: f64,
     /// How often shells may have crossed in the step, and were seen to have before it.
     pub(crate) passes: u64,
@@ -95,6 +97,12 @@ pub(crate) enum Failure {
 }
 
 impl Done {
+    /// Books the work of pins, joules: what they take back counts as dissipated.
+    pub(crate) fn drive(&mut self, work: f64) {
+        self.counted -= work;
+        self.given += work.max(0.0);
+    }
+
     /// Books the effect of obstacles. Energy that moving surfaces drive in counts as given, as only
     /// user-defined surfaces move.
     pub(crate) fn meet(&mut self, contacts: Contacts) {
@@ -237,23 +245,39 @@ impl<'a, R: Real> StepContext<'a, R> {
     /// Evaluates all forces at the present state and a time, seconds; returns the power dissipated,
     /// watts.
     pub fn set_forces(&mut self, time: f64) -> f64 {
-        let Scratch { forces, work, .. } = &mut *self.scratch;
+        self.place(time);
+        let Scratch { forces, work, power_of_pins, .. } = &mut *self.scratch;
         let motion = self.state.motion(&self.model.slots, time);
-        self.model.set_forces(self.level, &motion, work, forces)
+        let power = self.model.set_forces(self.level, &motion, work, forces);
+        *power_of_pins = self.model.power_of_pins(forces, motion.velocities);
+        power
+    }
+
+    /// Puts guided particles where they are at a time, seconds.
+    pub(crate) fn place(&mut self, time: f64) {
+        let Columns { positions, velocities } = &mut *self.state;
+        self.model.place(time, [positions, velocities]);
+    }
+
+    /// Gives guided particles their mean velocities in the substep.
+    pub(crate) fn lead(&mut self) {
+        let (end, h) = (self.end(), self.settings.substep());
+        self.model.lead((end, h), self.state);
     }
 
     /// Evaluates all forces at the present positions and the velocities in a work column, at the
     /// end of the substep; returns the power dissipated, watts.
     pub(crate) fn set_forces_predicted(&mut self, velocities: usize) -> f64 {
         let time = self.time() + self.settings.substep();
-        let Scratch { forces, work, columns, .. } = &mut *self.scratch;
-        let motion = Motion {
-            slots: &self.model.slots,
-            positions: &self.state.positions,
-            velocities: &columns[velocities],
-            time,
-        };
-        self.model.set_forces(self.level, &motion, work, forces)
+        let Scratch { forces, work, columns, power_of_pins, .. } = &mut *self.scratch;
+        let Columns { positions, velocities: last } = &mut *self.state;
+        self.model.place(time, [positions, last]);
+        self.model.place(time, [positions, &mut columns[velocities]]);
+        let motion =
+            Motion { slots: &self.model.slots, positions, velocities: &columns[velocities], time };
+        let power = self.model.set_forces(self.level, &motion, work, forces);
+        *power_of_pins = self.model.power_of_pins(forces, motion.velocities);
+        power
     }
 
     /// Ends a substep: lets every particle that has come into an obstacle rest, slide or bounce,
@@ -263,6 +287,7 @@ impl<'a, R: Real> StepContext<'a, R> {
     /// its end, and the last forces to be those at its start.
     pub fn finish_substep(&mut self, taken: f64) {
         self.done.counted += taken;
+        self.done.drive(self.scratch.power_of_pins * self.settings.substep());
         self.finish(Way::Kicked(0.0), Evaluated::AtStart);
     }
 
@@ -310,6 +335,7 @@ impl<'a, R: Real> StepContext<'a, R> {
         if !self.model.shells.do_meet() {
             return false;
         }
+        self.lead();
         let (h, at) = (self.substep(), self.rows_at());
         let Columns { positions, velocities } = &*self.state;
         let columns: [&[R]; 3] = [positions, velocities, &self.scratch.forces];
@@ -389,6 +415,7 @@ impl<'a, R: Real> StepContext<'a, R> {
     /// did.
     pub(crate) fn finish(&mut self, way: Way, evaluated: Evaluated) -> Contacts {
         self.done.given -= self.scratch.work.own_power.min(0.0) * self.settings.substep();
+        self.place(self.end());
         let contacts = self.meet_obstacles(way, evaluated);
         self.finished += 1;
         contacts

@@ -28,6 +28,7 @@ pub(crate) fn explicit_euler<R: Real>(step: &mut StepContext<'_, R>) {
             step.end_shells(true);
         }
         step.done.counted += power * h.to_f64();
+        step.done.drive(step.scratch.power_of_pins * h.to_f64());
         step.finish(Way::Kicked(1.0), Evaluated::AtStart);
     }
 }
@@ -120,6 +121,7 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
             for_each_share(step.pass(), |pass| at_level!(level, _simd => set_accelerations(pass)));
         }
         let before = step.scratch.power;
+        let given_before = step.scratch.power_of_pins;
         let lies = lie.unwrap_or_else(|| step.find(step.time(), Evaluated::AtEnd));
         if step.find_rows(h * R::HALF) || lies {
             kick_settle_drift(step, is_damped);
@@ -159,9 +161,11 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
         lie = lie.filter(|_| !met);
         let taken = 0.5 * (before + power) * h.to_f64();
         step.done.counted += if met { taken * real } else { taken };
+        step.done.drive(0.5 * (given_before + step.scratch.power_of_pins) * h.to_f64());
     }
     // Kept only where the next step would compute the same to the bit.
-    step.scratch.warm = step.model.pushes.0.is_empty() && !is_damped && !met;
+    let is_alone = step.model.pushes.0.is_empty() && step.model.guides.0.is_empty();
+    step.scratch.warm = is_alone && !is_damped && !met;
 }
 
 /// One of the two kicks of a substep, so many seconds after its start.
@@ -293,6 +297,7 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
     for _ in 0..step.substeps() {
         let (time, length) = (step.time(), step.settings.substep());
         let mut energy = step.set_forces(time);
+        let mut given = step.scratch.power_of_pins;
         if step.find_rows(half) {
             step.add_impulses();
         }
@@ -310,7 +315,9 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
             if step.has_rows() {
                 step.add_impulses();
             }
-            energy += if at < 1.0 { 2.0 * power } else { power };
+            let times = if at < 1.0 { 2.0 } else { 1.0 };
+            energy += times * power;
+            given += times * step.scratch.power_of_pins;
         }
         for_each_share(step.pass(), |pass| at_level!(level, _simd => last_stage(pass, sixth)));
         if lies {
@@ -323,6 +330,7 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
             step.end_shells(false);
         }
         step.done.counted += energy * sixth.to_f64();
+        step.done.drive(given * sixth.to_f64());
         step.finish(Way::Kept, Evaluated::AtEnd);
     }
 }

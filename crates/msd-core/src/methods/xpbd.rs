@@ -71,6 +71,10 @@ pub(crate) fn advance<R: Real>(step: &mut StepContext<'_, R>) {
         // Measured once particles on obstacles are at rest again.
         let pulled = power_of_springs(step, &mut scratch.pulls);
         step.done.counted += pulled * step.settings.substep();
+        if step.model.do_pins_move(&step.state.velocities) {
+            step.set_forces(step.time());
+            step.done.drive(step.scratch.power_of_pins * step.settings.substep());
+        }
     }
     step.scratch.xpbd = Some(scratch);
 }
@@ -91,6 +95,7 @@ fn power_of_springs<R: Real>(step: &mut StepContext<'_, R>, pulls: &mut Aligned<
 fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch<R>) -> f64 {
     let (model, level, h) = (step.model, step.level, step.substep());
     let time = step.time();
+    step.lead();
     let motion = step.state.motion(&model.slots, time);
     let (work, forces) = (&mut step.scratch.work, &mut step.scratch.forces);
     let power = model.set_outer_forces(level, &motion, work, forces);

@@ -1,6 +1,6 @@
-//! The motion of solids: steady, or through key frames.
+//! The motion of solids and of what guides pins: steady, or through key frames.
 //!
-//! Between two key frames a solid moves by a cubic of time (Hermite). Its velocity is zero at
+//! Between two key frames it moves by a cubic of time (Hermite). Its velocity is zero at
 //! the first key frame and at the last; at others it is, along each axis, a mean of those on
 //! both sides, zero where they have different signs (Fritsch and Butland, 1984): so position
 //! and velocity are continuous, no coordinate leaves the range of its two key frames, and key
@@ -8,9 +8,28 @@
 //! rotation vector that starts at the key frame before.
 
 use crate::number::Real;
-use crate::scene::Solid;
 use crate::scene::solid::rotation;
+use crate::scene::{KeyFrame, Solid};
 use glam::{DMat3, DQuat, DVec3};
+
+/// Where something starts, and how it moves from there; the fields are those of a [`Solid`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Route<'a> {
+    pub(crate) position: DVec3,
+    pub(crate) axes: DMat3,
+    pub(crate) velocity: DVec3,
+    pub(crate) spin: DVec3,
+    pub(crate) since: f64,
+    pub(crate) keys: &'a [KeyFrame],
+}
+
+impl<'a> Route<'a> {
+    /// That of a solid.
+    pub(crate) fn of(solid: &'a Solid) -> Self {
+        let Solid { position, axes, velocity, spin, since, ref keys, .. } = *solid;
+        Route { position, axes, velocity, spin, since, keys }
+    }
+}
 
 /// Where a solid is and how it moves.
 #[derive(Clone, Copy, Debug)]
@@ -26,8 +45,9 @@ pub(crate) struct SolidMotion {
 }
 
 impl SolidMotion {
-    /// The motion of a solid at a time, seconds.
-    pub(crate) fn at(solid: &Solid, time: f64) -> Self {
+    /// The motion along a route at a time, seconds.
+    pub(crate) fn at(route: Route<'_>, time: f64) -> Self {
+        let solid = &route;
         if !solid.keys.is_empty() {
             return SolidMotion::through_keys(solid, time);
         }
@@ -38,11 +58,11 @@ impl SolidMotion {
         } else {
             rotation(solid.spin / speed, speed * since) * solid.axes
         };
-        let middle = steady_middle(solid, time);
+        let middle = solid.position + solid.velocity * since;
         SolidMotion { middle, axes, velocity: solid.velocity, spin: solid.spin }
     }
 
-    fn through_keys(solid: &Solid, time: f64) -> Self {
+    fn through_keys(solid: &Route<'_>, time: f64) -> Self {
         let still = |frame: Frame| SolidMotion {
             middle: frame.position,
             axes: frame.axes,
@@ -76,9 +96,9 @@ impl SolidMotion {
 /// The middle of a solid at a time, seconds, in metres.
 pub(crate) fn middle(solid: &Solid, time: f64) -> DVec3 {
     if solid.keys.is_empty() {
-        steady_middle(solid, time)
+        solid.position + solid.velocity * (time - solid.since)
     } else {
-        SolidMotion::at(solid, time).middle
+        SolidMotion::at(Route::of(solid), time).middle
     }
 }
 
@@ -92,13 +112,8 @@ pub(crate) fn longest_way(solid: &Solid, (time, h): (f64, f64)) -> f64 {
     if solid.keys.is_empty() {
         return moved(length(solid.velocity) * h, solid.spin);
     }
-    let [start, end] = [time - h, time].map(|time| SolidMotion::at(solid, time));
+    let [start, end] = [time - h, time].map(|time| SolidMotion::at(Route::of(solid), time));
     moved(length(end.middle - start.middle), end.spin)
-}
-
-/// The middle of a solid without key frames.
-fn steady_middle(solid: &Solid, time: f64) -> DVec3 {
-    solid.position + solid.velocity * (time - solid.since)
 }
 
 /// A key frame, the start of the motion included.
@@ -110,7 +125,7 @@ struct Frame {
 
 impl Frame {
     /// That of a number: 0 is the start.
-    fn of(solid: &Solid, index: usize) -> Self {
+    fn of(solid: &Route<'_>, index: usize) -> Self {
         match index.checked_sub(1) {
             None => Frame { time: solid.since, position: solid.position, axes: solid.axes },
             Some(index) => {
@@ -136,7 +151,7 @@ fn turn(start: &Frame, end: &Frame) -> DVec3 {
 }
 
 /// The rate of change at a key frame, by the changes from the one before and to the next.
-fn passing(solid: &Solid, index: usize, change: fn(&Frame, &Frame) -> DVec3) -> DVec3 {
+fn passing(solid: &Route<'_>, index: usize, change: fn(&Frame, &Frame) -> DVec3) -> DVec3 {
     if index == 0 || index == solid.keys.len() {
         return DVec3::ZERO;
     }

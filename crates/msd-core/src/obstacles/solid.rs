@@ -1,6 +1,6 @@
 //! Solids of a shape where they are at a time.
 
-use super::motion::{SolidMotion, longest_way, middle};
+use super::motion::{Route, SolidMotion, longest_way, middle};
 use super::{ContactLaw, Obstacle};
 use crate::columns::{LANES, RECORD, set_vector};
 use crate::number::{Real, Vector};
@@ -25,7 +25,7 @@ pub struct Placed<'s> {
 impl<'s> Placed<'s> {
     /// A solid where it is at a time, seconds.
     pub fn new(solid: &'s Solid, time: f64) -> Self {
-        let SolidMotion { middle, axes, velocity, spin } = SolidMotion::at(solid, time);
+        let SolidMotion { middle, axes, velocity, spin } = SolidMotion::at(Route::of(solid), time);
         Placed { solid, middle, axes, velocity, spin }
     }
 

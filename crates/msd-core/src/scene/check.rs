@@ -3,8 +3,8 @@
 use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::scene::{
-    Air, Bend, Body, DistanceGrid, Friction, Look, MOST_POINTS, Particle, Plane, Scene, Shape,
-    Shell, Solid, Spring, Volume,
+    Air, Bend, Body, DistanceGrid, Friction, Guide, KeyFrame, Lead, Look, MOST_POINTS, Particle,
+    Plane, Scene, Shape, Shell, Solid, Spring, Volume,
 };
 use alloc::vec;
 use glam::{DMat3, DVec3};
@@ -70,8 +70,39 @@ pub(crate) fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
         check_index(("pin", row), "particle", pin.particle, count)?;
         check_vector::<R>("velocity", ("pin", row), pin.velocity)?;
     }
+    check_guides::<R>(&scene.guides, count, scene.solids.len())?;
     for (row, body) in scene.bodies.iter().enumerate() {
         check_body(row, body, scene)?;
+    }
+    Ok(())
+}
+
+/// Checks what guides pins among so many particles and solids.
+pub(crate) fn check_guides<R: Real>(
+    guides: &[Guide],
+    particles: usize,
+    solids: usize,
+) -> Result<(), Error> {
+    let mut is_held = vec![false; if guides.is_empty() { 0 } else { particles }];
+    for (row, guide) in guides.iter().enumerate() {
+        let at = ("guide", row);
+        for &(particle, place) in &guide.held {
+            check_index(at, "particle", particle, particles)?;
+            check_vector::<R>("place", at, place)?;
+            let is_new = !core::mem::replace(&mut is_held[particle], true);
+            check(is_new, "particle", at, particle as f64, "guided once")?;
+        }
+        if let Some(until) = guide.until {
+            check(0.0 < until && until.is_finite(), "end", at, until, "positive and finite")?;
+        }
+        match &guide.lead {
+            Lead::Solid(solid) => check_index(at, "solid", *solid, solids)?,
+            Lead::Path { position, velocity, keys } => {
+                check_vector::<R>("position", at, *position)?;
+                check_vector::<R>("velocity", at, *velocity)?;
+                check_keys::<R>(at, (0.0, velocity.extent()), keys)?;
+            }
+        }
     }
     Ok(())
 }
@@ -265,7 +296,8 @@ fn check_solid<R: Real>(row: usize, solid: &Solid) -> Result<(), Error> {
     vectors.into_iter().try_for_each(|(quantity, value)| check_vector::<R>(quantity, at, value))?;
     check_axes(at, &solid.axes)?;
     check_not_negative::<f64>("start of the motion", at, solid.since)?;
-    check_keys::<R>(at, solid)?;
+    let steady = solid.velocity.extent().max(solid.spin.extent());
+    check_keys::<R>(at, (solid.since, steady), &solid.keys)?;
     check_fraction("restitution", at, solid.restitution)?;
     check_friction(at, solid.friction)
 }
@@ -277,17 +309,20 @@ fn check_axes(at: (&'static str, usize), axes: &DMat3) -> Result<(), Error> {
     check(off <= 1e-9, "departure of the axes from a rotation", at, off, "0")
 }
 
-fn check_keys<R: Real>(at: (&'static str, usize), solid: &Solid) -> Result<(), Error> {
-    let mut before = solid.since;
-    for key in &solid.keys {
+/// Checks the key frames of a motion from a time on, seconds, at a speed.
+fn check_keys<R: Real>(
+    at: (&'static str, usize),
+    (mut before, steady): (f64, f64),
+    keys: &[KeyFrame],
+) -> Result<(), Error> {
+    for key in keys {
         let is_later = before < key.time && key.time.is_finite();
         check(is_later, "time of a key frame", at, key.time, "later than the one before")?;
         check_vector::<R>("position of a key frame", at, key.position)?;
         check_axes(at, &key.axes)?;
         before = key.time;
     }
-    let steady = solid.velocity.extent().max(solid.spin.extent());
-    let fits = solid.keys.is_empty() || steady == 0.0;
+    let fits = keys.is_empty() || steady == 0.0;
     check(fits, "velocity or spin beside key frames", at, steady, "0")
 }
 

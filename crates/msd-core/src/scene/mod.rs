@@ -205,6 +205,35 @@ pub struct Pin {
     pub velocity: DVec3,
 }
 
+/// Pinned particles that move together until a time: with a solid, steadily or through key frames.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Guide {
+    /// Each particle, with its place from the middle of what leads it, in the axes of that, metres.
+    pub held: Vec<(usize, DVec3)>,
+    /// The motion that leads them.
+    pub lead: Lead,
+    /// When they are free, seconds, at the end of a step; `None` for never.
+    pub until: Option<f64>,
+}
+
+/// The motion that leads pinned particles.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Lead {
+    /// That of a solid, by its number.
+    Solid(usize),
+    /// One of their own, which starts with the run along the axes of the world.
+    Path {
+        /// Their middle at the start, metres.
+        position: DVec3,
+        /// Velocity, metres per second; zero with key frames.
+        velocity: DVec3,
+        /// Key frames that they move through, as a solid does.
+        keys: Vec<KeyFrame>,
+    },
+}
+
 /// A named run of particles and springs.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -266,6 +295,10 @@ pub struct Scene {
     pub shells: Vec<Shell>,
     /// The pins.
     pub pins: Vec<Pin>,
+    /// What guides pinned particles. Not written with the rows: it is a part of a
+    /// [`Progress`](crate::Progress).
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub guides: Vec<Guide>,
     /// Named parts; a particle need not belong to one.
     pub bodies: Vec<Body>,
 }

@@ -5,7 +5,7 @@
 //! before it is rounded, and readings are moved back.
 
 use crate::number::Real;
-use crate::scene::Scene;
+use crate::scene::{Lead, Scene};
 use glam::DVec3;
 
 impl Scene {
@@ -32,6 +32,12 @@ impl Scene {
         for solid in &mut scene.solids {
             solid.position += by;
             solid.keys.iter_mut().for_each(|key| key.position += by);
+        }
+        for guide in &mut scene.guides {
+            if let Lead::Path { position, keys, .. } = &mut guide.lead {
+                *position += by;
+                keys.iter_mut().for_each(|key| key.position += by);
+            }
         }
         scene
     }

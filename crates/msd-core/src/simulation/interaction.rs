@@ -402,11 +402,15 @@ pub(crate) fn apply<R: Real>(
         Grab { .. } => grab(model, h, interaction),
         Release { particle } => model.grabs.0.retain(|grab| grab.particle as usize != particle),
         Pin { particle, velocity } => {
+            model.guides.release(particle);
             model.inverse_masses[particle] = R::ZERO;
             set_velocity(model, state, particle, R::Vec3::of(velocity));
         }
         Unpin { particle } if model.is_removed(particle) => {}
-        Unpin { particle } => model.inverse_masses[particle] = R::ONE / model.masses[particle],
+        Unpin { particle } => {
+            model.guides.release(particle);
+            model.inverse_masses[particle] = R::ONE / model.masses[particle];
+        }
         Push { particle, force } => model.pushes.0.push((particle as u32, R::Vec3::of(force))),
         Cut { spring } => model.springs.cut(spring),
         SetMass { particles, value } => {

@@ -3,11 +3,13 @@
 //! `interaction.rs` holds user input between two steps, `material.rs` that which makes another
 //! material of a body, `topology.rs` additions and removals,
 //! `progress.rs` the checkpoint from which a run resumes to the bit, `guard.rs` the stop of a run
-//! that diverges, `readings.rs` the measurements, `witness.rs` the drift detector, and
-//! `compiled.rs` the functions that a caller's debug build runs optimised.
+//! that diverges, `guided.rs` the motion of guided pins, `readings.rs` the measurements,
+//! `witness.rs` the drift detector, and `compiled.rs` the functions that a debug build of a caller
+//! runs optimised.
 
 mod compiled;
 mod guard;
+mod guided;
 mod material;
 pub(crate) mod interaction;
 mod progress;
@@ -93,6 +95,7 @@ impl<R: Real> Simulation<R> {
     fn start(scene: &Scene, settings: Settings) -> Result<Self, Error> {
         let (model, state) = Model::new(scene)?;
         let mut simulation = Simulation::from_parts(model, &state, settings)?;
+        simulation.follow_guides();
         // A scene may start inside an obstacle; it never runs there.
         simulation.leave_obstacles();
         let inside = "inside the world once the obstacles have pushed the particle out";
@@ -193,7 +196,10 @@ impl<R: Real> Simulation<R> {
         if !is_refused(step.done) {
             threads::enter(self.model.springs.is_shared(), || method.advance(&mut step));
         }
-        let done = step.done;
+        let mut done = step.done;
+        let [before, after] =
+            [&self.good, &self.state].map(|state| self.model.energy_of_guides(&state.velocities));
+        done.drive(after - before);
         if is_refused(done) || !may_pass && self.has_risen(&done) {
             self.go_back();
             self.put_model_back(kept);
@@ -209,6 +215,7 @@ impl<R: Real> Simulation<R> {
         self.ledger.book(done.counted, done.given, done.contacts);
         self.ledger.note_passes(done.passes + done.crossed, self.rows.take_passages());
         self.steps += 1;
+        self.follow_guides();
         Ok(true)
     }
 
@@ -377,6 +384,7 @@ impl<R: Real> Simulation<R> {
         if steps < self.epoch.0 {
             self.epoch = (0, 0.0);
         }
+        self.follow_guides();
         Ok(())
     }
 

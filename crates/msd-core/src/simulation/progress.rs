@@ -14,9 +14,12 @@ use crate::error::Error;
 use crate::methods::Settings;
 use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;
-use crate::scene::check::{check, check_index, check_not_negative, check_steps, check_vector};
-use crate::scene::{Particle, Pin, Scene, World};
+use crate::scene::check::{
+    check, check_guides, check_index, check_not_negative, check_steps, check_vector,
+};
+use crate::scene::{Guide, Particle, Pin, Scene, World};
 use crate::system::Model;
+use crate::system::guides::Guides;
 use alloc::vec::Vec;
 use glam::DVec3;
 
@@ -49,6 +52,15 @@ pub struct Progress {
     pub removed: Vec<usize>,
     /// The impulses from which the shells start the next substep, in the order of their keys.
     pub impulses: Vec<RowImpulse>,
+    /// What guides pinned particles. Last, as runs that were saved before there were any end here.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "or_none"))]
+    pub guides: Vec<Guide>,
+}
+
+/// Guides, or none where the data ends.
+#[cfg(feature = "serde")]
+fn or_none<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Vec<Guide>, D::Error> {
+    Ok(serde::Deserialize::deserialize(deserializer).unwrap_or_default())
 }
 
 /// An active grab, weakened so that the substep can follow it.
@@ -87,6 +99,7 @@ impl<R: Real> Simulation<R> {
                 .filter(|&row| self.model.is_removed(row))
                 .collect(),
             impulses: self.rows.impulses(),
+            guides: self.model.guides.0.iter().map(|(guide, _)| guide.clone()).collect(),
         };
         (rows(self), progress)
     }
@@ -101,6 +114,8 @@ impl<R: Real> Simulation<R> {
     pub fn resume(scene: &Scene, progress: &Progress) -> Result<Self, Error> {
         let (mut model, state) = Model::<R>::new(scene)?;
         check_progress::<R>(progress, [model.particle_count(), model.ends().len()])?;
+        check_guides::<R>(&progress.guides, model.particle_count(), scene.solids.len())?;
+        model.guides = Guides(progress.guides.iter().map(|guide| (guide.clone(), false)).collect());
         for (row, (column, plane)) in
             model.obstacles.planes.iter_mut().zip(&scene.planes).enumerate()
         {
@@ -130,6 +145,7 @@ impl<R: Real> Simulation<R> {
         simulation.touched = progress.touched;
         simulation.rows.set_impulses(&progress.impulses);
         (simulation.steps, simulation.epoch) = (progress.steps, progress.epoch);
+        simulation.follow_guides();
         Ok(simulation)
     }
 }

@@ -233,8 +233,8 @@ impl<R: Real> Simulation<R> {
         self.ledger.contacts()
     }
 
-    /// Energy that moving solids and user-defined elements have driven into the system since the
-    /// start, joules.
+    /// Energy that moving solids, moving pins and user-defined elements have driven into the system
+    /// since the start, joules.
     pub fn given(&self) -> f64 {
         self.ledger.given()
     }

@@ -4,6 +4,7 @@
 //! [`Snapshot`].
 
 pub mod state;
+pub(crate) mod guides;
 pub mod model;
 pub mod snapshot;
 pub mod hash;

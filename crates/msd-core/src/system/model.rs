@@ -1,8 +1,9 @@
 //! The model: masses, springs, fields and obstacles of a system, as columns that a step reads.
 
+use super::guides::{Guides, guides_at, power_of_pins};
 use super::state::{Columns, State};
 use crate::columns::slots::Slots;
-use crate::columns::{Aligned, LANES, RECORD, single};
+use crate::columns::{self, Aligned, LANES, RECORD, single};
 use crate::contact::after_kick::{Kick, Kicked, settle};
 use crate::contact::arrive::resolve;
 use crate::contact::ending::{Bodies, Substep};
@@ -42,6 +43,9 @@ pub struct Model<R: Real> {
     /// The same in the order of slots: a mass for each, and its reciprocal three times.
     pub(crate) mass_column: Aligned<R>,
     pub(crate) inverse_mass_column: Aligned<R>,
+    /// The slots of pins that were not removed, and what guides some of them.
+    pins: Vec<usize>,
+    pub(crate) guides: Guides,
     /// Radii against obstacles, metres: of each slot, empty where none counts, and the largest.
     radii: (Aligned<R>, R),
     /// Contact points on springs.
@@ -87,6 +91,8 @@ impl<R: Real> Model<R> {
             inverse_masses,
             mass_column: Aligned::default(),
             inverse_mass_column: Aligned::default(),
+            pins: Vec::new(),
+            guides: Guides(scene.guides.iter().map(|guide| (guide.clone(), false)).collect()),
             radii: (Aligned::default(), R::ZERO),
             points: Points::default(),
             fields: Fields::new(&scene.world),
@@ -153,6 +159,60 @@ impl<R: Real> Model<R> {
             }
         }
         self.fields.weigh(&self.mass_column);
+        let rows = self.masses.iter().zip(&self.inverse_masses);
+        let is_pin = |(mass, inverse): (&R, &R)| *inverse == R::ZERO && *mass != R::ZERO;
+        let pins = self.slots.places().zip(rows).filter(|&(_, row)| is_pin(row));
+        self.pins = pins.map(|(at, _)| at).collect();
+    }
+
+    /// Pins the particles of the guides that guide at a time of steps of this length, seconds, and
+    /// frees those of others; whether that changed any.
+    pub(crate) fn hold(&mut self, time: f64, step: f64) -> bool {
+        let mut changed = false;
+        for (guide, guides) in &mut self.guides.0 {
+            let are_held = guides_at(guide, time, step);
+            if core::mem::replace(guides, are_held) == are_held {
+                continue;
+            }
+            for &(particle, _) in &guide.held {
+                let mass = self.masses[particle];
+                let is_free = !are_held && mass != R::ZERO;
+                self.inverse_masses[particle] = if is_free { R::ONE / mass } else { R::ZERO };
+            }
+            changed = true;
+        }
+        changed
+    }
+
+    /// Puts guided particles where they are at a time, seconds, with their velocities.
+    pub(crate) fn place(&self, time: f64, columns: [&mut [R]; 2]) {
+        self.guides.place((&self.obstacles.solids, &self.slots), time, columns);
+    }
+
+    /// Gives guided particles their mean velocities in a substep that ends at a time and lasts so
+    /// long, seconds.
+    pub(crate) fn lead(&self, (time, h): (f64, f64), state: &mut Columns<R>) {
+        self.guides.lead((&self.obstacles.solids, &self.slots), (time, h), state);
+    }
+
+    /// The power that pins give at these forces and velocities, watts.
+    pub(crate) fn power_of_pins(&self, forces: &[R], velocities: &[R]) -> f64 {
+        power_of_pins(&self.pins, forces, velocities)
+    }
+
+    /// Whether any pin moves at these velocities.
+    pub(crate) fn do_pins_move(&self, velocities: &[R]) -> bool {
+        let mut pins = self.pins.iter();
+        pins.any(|&at| columns::vector::<R>(velocities, at) != R::Vec3::ZERO)
+    }
+
+    /// The kinetic energy of guided particles, joules.
+    pub(crate) fn energy_of_guides(&self, velocities: &[R]) -> f64 {
+        let energies = self.guides.guided().map(|particle| {
+            let velocity = columns::vector::<R>(velocities, self.slots.at(particle)).to_f64();
+            0.5 * self.masses[particle].to_f64() * velocity.dot(velocity)
+        });
+        energies.sum()
     }
 
     /// The kinds of elements that only join particles to each other, in the order of their sums:
@@ -332,6 +392,7 @@ impl<R: Real> Model<R> {
     /// Removes particles: no force acts on them, nothing moves them, and they have no mass.
     pub(crate) fn remove_particles(&mut self, particles: impl Iterator<Item = usize>) {
         for particle in particles {
+            self.guides.release(particle);
             (self.masses[particle], self.inverse_masses[particle]) = (R::ZERO, R::ZERO);
         }
         let masses = core::mem::take(&mut self.masses);

@@ -14,7 +14,7 @@ pub struct Oracle<'a, R: Real> {
     pub model: &'a Model<R>,
     pub state: State<R>,
     pub forces: Vec<R::Vec3>,
-    /// Energy dissipated, joules.
+    /// Energy dissipated, less the work of pins, joules.
     pub counted: f64,
 }
 
@@ -38,6 +38,14 @@ impl<R: Real> Oracle<'_, R> {
         power
     }
 
+    /// The same, less the power that pins give.
+    fn evaluate_with_pins(&mut self, velocities: Vec<R::Vec3>) -> f64 {
+        let power = self.evaluate(velocities.clone());
+        let pins = (0..velocities.len()).filter(|&particle| self.model.is_pinned(particle));
+        let pulled = pins.map(|pin| self.forces[pin].to_f64().dot(velocities[pin].to_f64()));
+        power + pulled.sum::<f64>()
+    }
+
     pub fn acceleration(&self, particle: usize) -> R::Vec3 {
         self.forces[particle] * self.model.inverse_masses()[particle]
     }
@@ -51,7 +59,7 @@ impl<R: Real> Oracle<'_, R> {
             let (count, start) = (velocities.len(), self.state.positions.clone());
             match settings.integrator {
                 Integrator::ExplicitEuler | Integrator::SymplecticEuler => {
-                    self.counted += self.evaluate(velocities) * h.to_f64();
+                    self.counted += self.evaluate_with_pins(velocities) * h.to_f64();
                     let drift_first = settings.integrator == Integrator::ExplicitEuler;
                     for p in 0..count {
                         let kick = self.forces[p] * (self.model.inverse_masses()[p] * h);
@@ -64,7 +72,7 @@ impl<R: Real> Oracle<'_, R> {
                 Integrator::VelocityVerlet => {
                     // At the start of a step, and after a bounce.
                     if bounced {
-                        power = self.evaluate(velocities);
+                        power = self.evaluate_with_pins(velocities);
                         let now: Vec<R::Vec3> = (0..count).map(|p| self.acceleration(p)).collect();
                         accelerations = [now.clone(), now];
                     }
@@ -104,7 +112,7 @@ impl<R: Real> Oracle<'_, R> {
             }
             self.settle(&places, &mut predicted, now, (half, h, false));
         }
-        let power = self.evaluate(predicted);
+        let power = self.evaluate_with_pins(predicted);
         *before = now.clone();
         for (p, now) in now.iter_mut().enumerate() {
             *now = self.acceleration(p);
@@ -126,7 +134,7 @@ impl<R: Real> Oracle<'_, R> {
         let mut energy = 0.0;
         let lies = self.lies(&start.positions);
         for (weight, reach) in [(R::ONE, half), (two, half), (two, h)] {
-            energy += weight.to_f64() * self.evaluate(self.state.velocities.clone());
+            energy += weight.to_f64() * self.evaluate_with_pins(self.state.velocities.clone());
             for p in 0..count {
                 let (velocity, acceleration) = (self.state.velocities[p], self.acceleration(p));
                 slopes.positions[p] += velocity * weight;
@@ -138,7 +146,7 @@ impl<R: Real> Oracle<'_, R> {
                 self.settle_stage(&start.velocities, reach, h, false);
             }
         }
-        energy += self.evaluate(self.state.velocities.clone());
+        energy += self.evaluate_with_pins(self.state.velocities.clone());
         for p in 0..count {
             let slope = slopes.positions[p] + self.state.velocities[p];
             self.state.positions[p] = start.positions[p] + slope * sixth;

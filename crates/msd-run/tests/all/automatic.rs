@@ -82,7 +82,8 @@ fn what_may_fold_takes_what_is_stable_in_any_shape() {
 }
 
 /// Scenes that take long; of those in which things touch, `drape` and `pile` are enough.
-const LONG: [&str; 7] = ["snake", "trampoline", "twist", "funnel", "knot", "curtain", "stairs"];
+const LONG: [&str; 8] =
+    ["snake", "trampoline", "twist", "funnel", "knot", "curtain", "gripper", "stairs"];
 
 #[test]
 fn the_built_in_scenes_stay_in_the_world() {

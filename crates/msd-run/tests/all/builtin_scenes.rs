@@ -60,8 +60,8 @@ ten_seconds! {
     chain square square4
 }
 
-/// Scenes of which `touching_scenes.rs` asks the same.
-const ELSEWHERE: [&str; 5] = ["trampoline", "twist", "funnel", "knot", "curtain"];
+/// Scenes of which `touching_scenes.rs` and `gripper.rs` ask the same.
+const ELSEWHERE: [&str; 6] = ["trampoline", "twist", "funnel", "knot", "curtain", "gripper"];
 
 #[test]
 fn every_built_in_scene_runs_for_ten_seconds() {

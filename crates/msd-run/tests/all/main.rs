@@ -4,6 +4,8 @@ mod automatic;
 mod builtin_scenes;
 mod crossings;
 mod gltf_files;
+mod gripper;
+mod guided_pins;
 mod overturned;
 mod piercing;
 mod recordings;

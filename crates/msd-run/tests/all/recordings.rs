@@ -184,10 +184,10 @@ fn recorded_bytes() -> Vec<u8> {
 #[test]
 fn a_saved_run_is_no_recording_and_one_of_another_format_is_named() {
     let text = |bytes: &[u8]| read_recording(bytes, "r").expect_err("a refusal").to_string();
-    assert_eq!(text(b"msd saved run, format 16\n"), "r: is a saved run, not a recording");
-    assert_eq!(text(b"msd recording, format 16\n"), "r: is cut short");
-    let error = read_recording(b"msd recording, format 17\n", "r").expect_err("a refusal");
-    assert!(matches!(error, FileError::Format { found: 17, known: 16, .. }));
+    assert_eq!(text(b"msd saved run, format 17\n"), "r: is a saved run, not a recording");
+    assert_eq!(text(b"msd recording, format 17\n"), "r: is cut short");
+    let error = read_recording(b"msd recording, format 18\n", "r").expect_err("a refusal");
+    assert!(matches!(error, FileError::Format { found: 18, known: 17, .. }));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! A saved run goes on to the last bit, and a file that is not whole is refused.
 
-use msd_core::glam::DVec3;
-use msd_core::{Error, Integrator, Interaction, Pin, Select};
+use msd_core::glam::{DMat3, DVec3};
+use msd_core::{Error, Guide, Integrator, Interaction, KeyFrame, Lead, Pin, Select};
 use msd_run::{Runner, on};
 use msd_scene::{
     FileError, Loaded, Output, Precision, SceneFormat, load_saved, open, parse, read_saved,
@@ -48,6 +48,11 @@ fn handled(integrator: Integrator, precision: Precision) -> Runner {
     (loaded.settings.substeps, loaded.settings.integrator) = (32, integrator);
     loaded.precision = precision;
     loaded.scene.pins.push(Pin { particle: 3, velocity: DVec3::new(0.1, 0.2, 0.0) });
+    let place = loaded.scene.particles[4].position;
+    let key = KeyFrame { time: 0.4, position: place + DVec3::X * 0.1, axes: DMat3::IDENTITY };
+    let lead = Lead::Path { position: place, velocity: DVec3::ZERO, keys: vec![key] };
+    let held = vec![(4, DVec3::ZERO)];
+    loaded.scene.guides.push(Guide { held, lead, until: Some(0.3) });
     let mut runner = Runner::open(&loaded).expect("a run");
     step(&mut runner, 7);
     let target = DVec3::new(0.5, 2.0, 0.1);
@@ -178,10 +183,10 @@ fn a_file_with_a_bit_changed_is_refused() {
 #[test]
 fn a_file_of_another_format_is_refused_by_name() {
     let bytes =
-        String::from_utf8_lossy(&bytes()).replacen("format 16", "format 17", 1).into_bytes();
+        String::from_utf8_lossy(&bytes()).replacen("format 17", "format 18", 1).into_bytes();
     let error = read_saved(&bytes, "s.msd").expect_err("a refusal");
-    assert!(matches!(error, FileError::Format { found: 17, known: 16, .. }), "{error}");
-    assert_eq!(error.to_string(), "s.msd: is a saved run of format 17; this msd reads format 16");
+    assert!(matches!(error, FileError::Format { found: 18, known: 17, .. }), "{error}");
+    assert_eq!(error.to_string(), "s.msd: is a saved run of format 18; this msd reads format 17");
 }
 
 #[test]

@@ -24,7 +24,7 @@ use crate::rounding::Rounding;
 use crate::shown::tame;
 use crate::viewpoint::Viewpoint;
 use msd_core::glam::DVec3;
-use msd_core::{Air, Gust, Integrator, Scene, Settings, World};
+use msd_core::{Air, Gust, Integrator, Lead, Scene, Settings, World};
 
 /// A scene file that has been understood.
 pub(crate) struct Understood {
@@ -100,11 +100,11 @@ pub(crate) fn understand_rows(
     touch(source, &file.bodies, &mut scene, &mut notes)?;
     notes.extend(pierced(&scene));
     let sets = NamedSets::new(source, &file.sets, (&scene, &own_sets))?;
-    let pins = pins(&sets, &file.pins)?;
+    let (pins, guides) = pins(&sets, (&file.pins, &file.world.solids))?;
     let loads = masses(&sets, &file.masses)?;
     let links = links(&sets, &file.links, &mut budget)?;
     notes.extend(sets.numbered(&file));
-    scene.pins = pins;
+    (scene.pins, scene.guides) = (pins, guides);
     scene.springs.extend(links);
     load(source, &mut scene, (&file.bodies, &loads))?;
     if let Some(height) = source.drop {
@@ -126,7 +126,20 @@ pub(crate) fn understand_rows(
 fn raise(scene: &mut Scene, height: f64) {
     let particles = &mut scene.particles;
     let lowest = particles.iter().map(|particle| particle.position.y).fold(f64::MAX, f64::min);
-    particles.iter_mut().for_each(|particle| particle.position.y += height - lowest);
+    let up = DVec3::Y * (height - lowest);
+    particles.iter_mut().for_each(|particle| particle.position += up);
+    for guide in &mut scene.guides {
+        match &mut guide.lead {
+            Lead::Path { position, keys, .. } => {
+                *position += up;
+                keys.iter_mut().for_each(|key| key.position += up);
+            }
+            Lead::Solid(solid) => {
+                let back = scene.solids[*solid].axes.transpose() * up;
+                guide.held.iter_mut().for_each(|(_, place)| *place += back);
+            }
+        }
+    }
 }
 
 /// The precision of a scene that asks for none: single, unless that loses too much where it is.

@@ -5,7 +5,7 @@ use crate::file::bodies::{MeshReader, mesh_error, named_mesh};
 use crate::file::keys::LENGTH;
 use crate::file::schema::{PlaneRow, SolidKind, SolidRow};
 use crate::file::tree::Source;
-use crate::file::turn::{spin, turn};
+use crate::file::turn::{key_frames, spin, turn};
 use crate::mesh::{self, MeshError};
 use glam::DVec3;
 use msd_core::scene::MOST_POINTS;
@@ -99,49 +99,14 @@ impl Solids<'_> {
             springs: solid.springs.unwrap_or(false),
             ..Solid::new(self.shape(&key, solid, notes)?)
         };
-        Ok(Solid { keys: self.key_frames(&key, solid, &start)?, ..start })
-    }
-
-    fn key_frames(
-        &self,
-        key: &str,
-        solid: &SolidRow,
-        start: &Solid,
-    ) -> Result<Vec<KeyFrame>, FileError> {
-        let source = self.source;
-        let Some(rows) = &solid.key_frames else { return Ok(Vec::new()) };
+        let Some(rows) = &solid.key_frames else { return Ok(start) };
         let steady = [("velocity", solid.velocity.is_some()), ("spin", solid.spin.is_some())];
         if let Some((name, _)) = steady.into_iter().find(|&(_, is_given)| is_given) {
             let reason = "and key_frames exclude each other";
             return Err(source.refuse(format_args!("{key}.{name}"), reason));
         }
-        if rows.is_empty() {
-            let reason = "must not be empty; omit it for a fixed solid";
-            return Err(source.refuse(format_args!("{key}.key_frames"), reason));
-        }
-        let mut before = KeyFrame { time: 0.0, position: start.position, axes: start.axes };
-        let mut frames = Vec::with_capacity(rows.len());
-        for (row, frame) in rows.iter().enumerate() {
-            let key = format!("{key}.key_frames[{row}]");
-            let time = source.number(format_args!("{key}.time"), frame.time)?;
-            if time <= before.time {
-                let reason = format!("is {time}; it must be later than {}", before.time);
-                return Err(source.refuse(format_args!("{key}.time"), reason));
-            }
-            let position = match frame.position {
-                Some(position) => {
-                    source.position(format_args!("{key}.position"), position, self.extent)?
-                }
-                None => before.position,
-            };
-            let axes = match frame.rotation {
-                Some(rotation) => turn(source, &key, Some(rotation))?,
-                None => before.axes,
-            };
-            before = KeyFrame { time, position, axes };
-            frames.push(before);
-        }
-        Ok(frames)
+        let first = KeyFrame { time: 0.0, position: start.position, axes: start.axes };
+        Ok(Solid { keys: key_frames(source, (&key, rows), first, extent)?, ..start })
     }
 
     fn shape(

@@ -21,8 +21,8 @@ use crate::file::substance::first_key;
 use crate::file::tree::Source;
 use crate::mesh::{Mesh, MeshError, MeshOptions, edge_ends, is_solid, own_spacing, subdivided};
 use glam::DVec3;
-use msd_core::{Body, Lattice, Material, Neighbours, Scene, Spring};
-use std::collections::BTreeMap;
+use msd_core::{Body, Lattice, Material, Neighbours, Pin, Scene, Spring};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A scene file at a part of its spacing.
 pub(crate) struct Refined {
@@ -83,8 +83,12 @@ pub(crate) fn refine(
     let rows = SceneFile {
         world: world(source, (&file.world, coarse), &nestings, parts)?,
         bodies: bodies.collect(),
-        sets: if file.materials.is_empty() { Vec::new() } else { file.sets.clone() },
-        pins: pins(source, coarse, &nestings, halvings)?,
+        sets: if file.materials.is_empty() && coarse.guides.is_empty() {
+            Vec::new()
+        } else {
+            file.sets.clone()
+        },
+        pins: pins(source, (&file.pins, coarse), &nestings, halvings)?,
         masses: masses(source, (&sets, &file.masses, coarse), &nestings, parts)?,
         materials: materials(source, (&sets, &file, coarse), &nestings, parts)?,
         links: links(source, coarse, &nestings, parts)?,
@@ -207,13 +211,27 @@ fn world(
 /// The pins of the finer scene: what stands where a pin was, and what stands between pins.
 fn pins(
     source: &Source<'_>,
-    coarse: &Scene,
+    (pins, coarse): (&[PinRow], &Scene),
     nestings: &[Nesting],
     halvings: u32,
 ) -> Result<Vec<PinRow>, FileError> {
+    let is_guided =
+        |row: &PinRow| row.key_frames.is_some() || row.follow.is_some() || row.until.is_some();
     let mut rows = Vec::new();
+    for (row, pin) in pins.iter().enumerate().filter(|(_, row)| is_guided(row)) {
+        if pin.set.is_none() {
+            let reason = "has `key_frames`, `follow` or `until`: choose its particles by `set`, \
+                          which a finer spacing has too";
+            return Err(source.refuse(format_args!("pins[{row}]"), reason));
+        }
+        rows.push(pin.clone());
+    }
+    let guided: BTreeSet<usize> =
+        coarse.guides.iter().flat_map(|guide| &guide.held).map(|&(particle, _)| particle).collect();
+    let steady = |pin: &&Pin| !guided.contains(&pin.particle);
     for (number, (body, nesting)) in coarse.bodies.iter().zip(nestings).enumerate() {
-        let of_body = coarse.pins.iter().filter(|pin| body.particles.contains(&pin.particle));
+        let pins = coarse.pins.iter().filter(steady);
+        let of_body = pins.filter(|pin| body.particles.contains(&pin.particle));
         let held: BTreeMap<usize, DVec3> =
             of_body.map(|pin| (pin.particle - body.particles.start, pin.velocity)).collect();
         let row = |velocity: DVec3| PinRow {

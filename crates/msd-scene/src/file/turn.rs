@@ -1,10 +1,11 @@
-//! Rotations and spins of bodies and solids, the same bits on every machine.
+//! Rotations, spins and key frames of bodies, solids and pins, the same bits on every machine.
 
 use crate::error::FileError;
 use crate::file::keys::Domain;
-use crate::file::schema::{RotationRow, Spin};
+use crate::file::schema::{KeyFrameRow, RotationRow, Spin};
 use crate::file::tree::Source;
 use glam::{DMat3, DVec3};
+use msd_core::KeyFrame;
 use msd_core::scene::solid::rotation;
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
@@ -19,6 +20,40 @@ pub(crate) fn turn(
     let axis = source.direction(format_args!("{key}.rotation.axis"), row.axis)?;
     let angle = format_args!("{key}.rotation.angle_deg");
     Ok(rotation(axis, source.number_in(Domain::Finite, angle, row.angle_deg)?.to_radians()))
+}
+
+/// The key frames of what stands at `key`, after its start.
+pub(crate) fn key_frames(
+    source: &Source<'_>,
+    (key, rows): (&str, &[KeyFrameRow]),
+    start: KeyFrame,
+    extent: f64,
+) -> Result<Vec<KeyFrame>, FileError> {
+    if rows.is_empty() {
+        let reason = "must not be empty; omit it for what stays where it is";
+        return Err(source.refuse(format_args!("{key}.key_frames"), reason));
+    }
+    let mut before = start;
+    let mut frames = Vec::with_capacity(rows.len());
+    for (row, frame) in rows.iter().enumerate() {
+        let key = format!("{key}.key_frames[{row}]");
+        let time = source.number(format_args!("{key}.time"), frame.time)?;
+        if time <= before.time {
+            let reason = format!("is {time}; it must be later than {}", before.time);
+            return Err(source.refuse(format_args!("{key}.time"), reason));
+        }
+        let position = match frame.position {
+            Some(position) => source.position(format_args!("{key}.position"), position, extent)?,
+            None => before.position,
+        };
+        let axes = match frame.rotation {
+            Some(rotation) => turn(source, &key, Some(rotation))?,
+            None => before.axes,
+        };
+        before = KeyFrame { time, position, axes };
+        frames.push(before);
+    }
+    Ok(frames)
 }
 
 /// The angular velocity of what stands at `key`, radians per second.

@@ -19,6 +19,8 @@ pub struct FileKind {
     pub what: &'static str,
     /// The number of its format.
     pub format: u32,
+    /// The oldest format that this msd reads.
+    pub oldest: u32,
 }
 
 /// Longer than any first line, bytes.
@@ -32,7 +34,7 @@ const HASH: usize = 32;
 impl FileKind {
     /// The first line of a file of this kind.
     fn line(&self) -> String {
-        let FileKind { what, format } = self;
+        let FileKind { what, format, .. } = self;
         format!("msd {what}, format {format}\n")
     }
 
@@ -87,7 +89,7 @@ impl FileKind {
     /// # Errors
     /// [`FileError::Malformed`] for another kind of file, [`FileError::Format`] for another format.
     pub fn frames<'a>(&self, bytes: &'a [u8], name: &'a str) -> Result<Frames<'a>, FileError> {
-        let FileKind { what, format: known } = *self;
+        let FileKind { what, format: known, oldest } = *self;
         let wrong = |reason: String| malformed(name, reason);
         let start = &bytes[..bytes.len().min(LONGEST_LINE)];
         let end = start.iter().position(|&byte| byte == b'\n');
@@ -100,7 +102,7 @@ impl FileKind {
         if kind != what {
             return Err(wrong(format!("is a {kind}, not a {what}")));
         }
-        if found != known {
+        if !(oldest..=known).contains(&found) {
             return Err(FileError::Format { file: name.into(), what, found, known });
         }
         let at = end.map_or(0, |end| end + 1);
@@ -217,7 +219,7 @@ pub fn frame(content: &impl Serialize) -> std::io::Result<Vec<u8>> {
 mod tests {
     use super::*;
 
-    const KIND: FileKind = FileKind { what: "test", format: 2 };
+    const KIND: FileKind = FileKind { what: "test", format: 2, oldest: 2 };
 
     fn file() -> Vec<u8> {
         let mut bytes = KIND.line().into_bytes();

@@ -14,7 +14,7 @@ use std::path::Path;
 pub(crate) const ENDING: &str = "msd";
 
 /// Raised whenever what is written changes its form.
-const KIND: FileKind = FileKind { what: "saved run", format: 16 };
+const KIND: FileKind = FileKind { what: "saved run", format: 17, oldest: 16 };
 
 /// Writes a run into a file that appears whole, or stays the old one, whatever
 /// happens meanwhile.

@@ -1,6 +1,7 @@
 //! Scene files, meshes and materials.
 
 mod bad_files;
+mod guided_pins;
 mod half_spaces;
 mod json_schema;
 mod materials;

@@ -20,6 +20,7 @@ use crate::contact::Contacts;
 use crate::contact::ending::Substep;
 use crate::number::{Real, at_level};
 use crate::stability::{Mode, Region};
+use crate::system::Columns;
 use alloc::boxed::Box;
 use core::ops::AddAssign;
 use holds::{Holds, Met};
@@ -278,8 +279,9 @@ impl<R: Real> Scratch<R> {
             None => step.state.copy_from(&self.stages.here),
         }
         let fraction = part.unwrap_or(1.0);
-        let [elements, friction, driven] = self.stages.energies(fraction);
+        let [elements, friction, driven, pins] = self.stages.energies(fraction);
         step.done.counted += elements;
+        step.done.drive(pins);
         step.done.meet(Contacts { count: 0, driven, ..Contacts::one(friction) });
         let driven = -step.scratch.work.own_power.min(0.0);
         step.done.given += driven * fraction * self.stages.length;
@@ -324,6 +326,8 @@ impl<R: Real> Scratch<R> {
     fn evaluate_stage(&mut self, step: &mut StepContext<'_, R>, stage: usize, time: f64) {
         let (model, level) = (step.model, step.level);
         let context::Scratch { forces, work, .. } = &mut *step.scratch;
+        let Columns { positions, velocities } = &mut self.stages.here;
+        model.place(time, [positions, velocities]);
         let motion = self.stages.here.motion(&model.slots, time);
         self.power = model.set_forces(level, &motion, work, forces);
         self.work.evaluations += 1;
@@ -340,6 +344,7 @@ impl<R: Real> Scratch<R> {
         let inverse_masses = &*model.inverse_mass_column;
         at_level!(step.level, _simd => set_products(forces, inverse_masses, slopes));
         powers.elements[stage] = self.power;
+        powers.pins[stage] = model.power_of_pins(forces, motion.velocities);
         [powers.friction[stage], powers.driven[stage]] =
             self.holds.act(model, stage, &motion, slopes);
     }

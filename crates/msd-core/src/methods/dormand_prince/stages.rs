@@ -37,6 +37,8 @@ pub(crate) struct Powers {
     pub(crate) friction: Row,
     /// Of the surfaces that move.
     pub(crate) driven: Row,
+    /// Of the pins that move.
+    pub(crate) pins: Row,
 }
 
 /// A stage that dissipates more than this times both ends of a substep is discarded as unphysical.
@@ -92,8 +94,8 @@ impl<R: Real> Stages<R> {
     /// Makes the last stage the first one of the next substep.
     pub(crate) fn shift(&mut self) {
         self.slopes.swap(0, STAGES - 1);
-        let Powers { elements, friction, driven } = &mut self.powers;
-        for row in [elements, friction, driven] {
+        let Powers { elements, friction, driven, pins } = &mut self.powers;
+        for row in [elements, friction, driven, pins] {
             row.swap(0, STAGES - 1);
         }
     }
@@ -114,13 +116,13 @@ impl<R: Real> Stages<R> {
     /// At a loose tolerance, near the limit of stability, the velocities inside a substep are
     /// unphysical, and a negative weight may dominate: where a stage dissipates far more than both
     /// ends, the trapezoidal rule over the ends stands in.
-    pub(crate) fn energies(&self, fraction: f64) -> [f64; 3] {
-        let Powers { elements, friction, driven } = &self.powers;
+    pub(crate) fn energies(&self, fraction: f64) -> [f64; 4] {
+        let Powers { elements, friction, driven, pins } = &self.powers;
         let taken: Row = core::array::from_fn(|stage| elements[stage] + friction[stage]);
         let largest = taken.iter().copied().fold(0.0, f64::max);
         let is_wild = WILD * taken[0].max(taken[STAGES - 1]) < largest;
         let weights = tableau::dense_slope(fraction);
-        [elements, friction, driven].map(|powers| {
+        [elements, friction, driven, pins].map(|powers| {
             let [first, last] = [powers[0], powers[STAGES - 1]];
             let there = first + (last - first) * fraction;
             let terms = weights.iter().zip(powers).map(|(weight, power)| weight * power);

@@ -186,6 +186,7 @@ fn advance_substep<R: Real>(
     let (tau, time) = (h * R::of(rule.fraction), start + rule.fraction * length);
     let (model, level) = (step.model, step.level);
     let span = Span { h, tau, start, stage: time, end: start + length };
+    step.lead();
     step.done.meet(scratch.holds.find(model, &span, step.state));
     if model.shells.do_meet() {
         let at = step.rows_at();
@@ -205,6 +206,7 @@ fn advance_substep<R: Real>(
     }
     at_level!(level, _simd => set_positions(step.state, tau, &mut scratch.stage));
     let power = power_taken(step, time, scratch);
+    step.done.drive(step.scratch.power_of_pins * length);
     let Scratch { stage, holds, .. } = scratch;
     let contacts = holds.contacts(&stage.velocities, rule.fraction);
     if step.has_rows() {
@@ -364,14 +366,18 @@ const PASSES: usize = 16;
 /// The power dissipated at the stage, watts.
 fn power_taken<R: Real>(step: &mut StepContext<'_, R>, time: f64, scratch: &mut Scratch<R>) -> f64 {
     let (model, level) = (step.model, step.level);
-    if !model.is_damped_at_all() {
+    let do_pins_move = model.do_pins_move(&scratch.stage.velocities);
+    step.scratch.power_of_pins = 0.0;
+    if !model.is_damped_at_all() && !do_pins_move {
         return 0.0;
     }
     let motion = scratch.stage.motion(&model.slots, time);
     // Nothing else reads the products between two solves.
     let (work, forces) = (&mut step.scratch.work, &mut scratch.solve.products);
-    if model.is_damped() {
-        model.set_forces(level, &motion, work, forces)
+    if model.is_damped() || do_pins_move {
+        let power = model.set_forces(level, &motion, work, forces);
+        step.scratch.power_of_pins = model.power_of_pins(forces, motion.velocities);
+        power
     } else {
         model.set_outer_forces(level, &motion, work, forces)
     }

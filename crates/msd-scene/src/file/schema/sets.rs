@@ -1,11 +1,12 @@
 //! Rows that choose particles of bodies: named sets, pins, masses, materials and links.
 
+use super::KeyFrameRow;
 use crate::file::keys::{Domain, Form, LENGTH, Live, Scale, Written, rows};
 use serde::de::{Deserializer, Error, Unexpected, Visitor};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A body, by its number or its name.
+/// A body or a solid, by its number or its name.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(untagged)]
 pub enum BodyKey {
@@ -37,7 +38,7 @@ impl Visitor<'_> for BodyVisitor {
     type Value = BodyKey;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a whole number, not negative, or the name of a body")
+        f.write_str("a whole number, not negative, or a name")
     }
 
     fn visit_u64<E: Error>(self, number: u64) -> Result<BodyKey, E> {
@@ -100,6 +101,14 @@ rows! {
         set: Option<String> = "one of these four" { domain: SET },
         /// Velocity of the pin.
         velocity: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m/s", domain: Domain::Vector },
+        /// Where the middle of the box around the particles is later, and how they are turned about
+        /// it, instead of `velocity`; in order of time.
+        key_frames: Option<Vec<KeyFrameRow>> = "none" { domain: Domain::Filled },
+        /// Which solid they move and turn with, instead of `velocity`: its number, counted from 0,
+        /// or its name.
+        follow: Option<BodyKey> = "none" { domain: Domain::Words("a solid") },
+        /// When the pin ends: the particles are free from the end of the step that reaches it.
+        until: Option<f64> = "never" { unit: "s", domain: Domain::Positive },
     }
 
     /// A mass on each of some particles, besides their own.

@@ -26,6 +26,21 @@ pub enum SolidKind {
     HalfSpace,
 }
 
+impl SolidKind {
+    /// The name a user writes.
+    pub fn name(self) -> &'static str {
+        match self {
+            SolidKind::Sphere => "sphere",
+            SolidKind::Capsule => "capsule",
+            SolidKind::Box => "box",
+            SolidKind::Cylinder => "cylinder",
+            SolidKind::Torus => "torus",
+            SolidKind::Mesh => "mesh",
+            SolidKind::HalfSpace => "half_space",
+        }
+    }
+}
+
 /// Solids with a radius.
 const ROUND: &[&str] = &["sphere", "capsule", "cylinder", "torus"];
 /// Solids with a length, and those that must be given it.
@@ -98,6 +113,8 @@ rows! {
         /// Its shape. Capsules, cylinders and tori have y as their axis until they are turned, and
         /// a half space is all that is not above its middle.
         kind: SolidKind,
+        /// Name, for pins that follow it.
+        name: Option<String> = "the kind",
         /// Radius; of a torus that of the circle in the middle of its tube.
         radius: Option<f64> = "must be given"
             { unit: "m", domain: LENGTH, kinds: ROUND, needed: ROUND },
@@ -139,7 +156,7 @@ rows! {
         springs: Option<bool> = "`false`",
     }
 
-    /// Where a solid is at a time.
+    /// Where a solid or the middle of pinned particles is at a time.
     KeyFrameRow {
         /// When; later than that of the key frame before.
         time: f64 { unit: "s", domain: Domain::Positive },

@@ -230,30 +230,9 @@ impl<'s> NamedSets<'s> {
 
     /// The number of a body.
     fn body(&self, key: &str, body: Option<&BodyKey>) -> Result<usize, FileError> {
-        let (key, bodies) = (format_args!("{key}.body"), &self.scene.bodies);
-        let name = match body {
-            None => return Ok(0),
-            Some(&BodyKey::Number(number)) => {
-                return self.source.index(key, number, ("body", bodies.len()));
-            }
-            Some(BodyKey::Name(name)) => name,
-        };
-        let mut called = (0..bodies.len()).filter(|&body| bodies[body].name == *name);
-        let (value, names) = (format!("\"{name}\""), bodies.iter().map(|body| &*body.name));
-        match (called.next(), called.next()) {
-            (Some(body), None) => Ok(body),
-            (Some(a), Some(b)) => {
-                let expected = format!("one name of one body: bodies {a} and {b} have this one");
-                Err(self.source.out_of_domain(key, value, expected))
-            }
-            (None, _) => {
-                let near = nearest(name, names);
-                let hint = near.map(|near| format!(": did you mean `{near}`?"));
-                let expected =
-                    format!("the number or the name of a body{}", hint.unwrap_or_default());
-                Err(self.source.out_of_domain(key, value, expected))
-            }
-        }
+        let Some(body) = body else { return Ok(0) };
+        let names = self.scene.bodies.iter().map(|body| &*body.name).collect::<Vec<&str>>();
+        numbered(self.source, &format!("{key}.body"), body, ("body", "bodies", &names))
     }
 
     /// The particles of a set, counted in its body.
@@ -355,6 +334,31 @@ impl<'s> NamedSets<'s> {
         let words = |place: DVec3| place.to_array().map(|x| plain((x * 1e6).round() / 1e6 + 0.0));
         format!(", which lies from ({}) to ({})", words(low).join(", "), words(high).join(", "))
     }
+}
+
+/// The number of a row that a key calls by its number or its name, among rows of these names.
+fn numbered(
+    source: &Source<'_>,
+    key: &str,
+    called: &BodyKey,
+    (one, many, names): (&'static str, &str, &[&str]),
+) -> Result<usize, FileError> {
+    let key = format_args!("{key}");
+    let name = match called {
+        &BodyKey::Number(number) => return source.index(key, number, (one, names.len())),
+        BodyKey::Name(name) => name,
+    };
+    let mut called = (0..names.len()).filter(|&number| names[number] == name);
+    let expected = match (called.next(), called.next()) {
+        (Some(number), None) => return Ok(number),
+        (Some(a), Some(b)) => format!("one name of one {one}: {many} {a} and {b} have this one"),
+        (None, _) => {
+            let near = nearest(name, names.iter().copied());
+            let hint = near.map(|near| format!(": did you mean `{near}`?"));
+            format!("the number or the name of a {one}{}", hint.unwrap_or_default())
+        }
+    };
+    Err(source.out_of_domain(key, format!("\"{name}\""), expected))
 }
 
 /// The particles of a set that lattices have by their shape.

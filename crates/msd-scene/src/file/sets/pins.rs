@@ -1,44 +1,112 @@
-//! Pins and masses of chosen particles.
+//! Pins, what guides them, and masses of chosen particles.
 
-use super::NamedSets;
+use super::{NamedSets, numbered};
 use crate::error::FileError;
 use crate::file::keys::Domain;
-use crate::file::schema::{BodyRow, MassRow, PinRow};
+use crate::file::schema::{BodyRow, MassRow, PinRow, SolidRow};
 use crate::file::tree::Source;
-use crate::file::turn::spin;
-use glam::DVec3;
-use msd_core::{Pin, Scene};
+use crate::file::turn::{key_frames, spin};
+use glam::{DMat3, DVec3};
+use msd_core::{Guide, KeyFrame, Lead, Pin, Scene};
 use std::collections::BTreeMap;
 
-/// The pins of all rows.
+/// The pins of all rows, and what guides some of them.
 ///
 /// # Errors
 /// A row that chooses no particle, or one that is pinned already; sets may share particles that
-/// they move alike.
-pub(crate) fn pins(sets: &NamedSets<'_>, rows: &[PinRow]) -> Result<Vec<Pin>, FileError> {
+/// they move alike. A motion that is given twice, or of a solid that is not there.
+pub(crate) fn pins(
+    sets: &NamedSets<'_>,
+    (rows, solids): (&[PinRow], &[SolidRow]),
+) -> Result<(Vec<Pin>, Vec<Guide>), FileError> {
     let source = sets.source;
-    let mut held: BTreeMap<usize, (usize, DVec3)> = BTreeMap::new();
-    let mut pins = Vec::new();
+    let mut holders: BTreeMap<usize, usize> = BTreeMap::new();
+    let (mut pins, mut guides) = (Vec::new(), Vec::new());
     for (row, pin) in rows.iter().enumerate() {
         let key = format!("pins[{row}]");
         let particles = sets.particles(&key, pin)?;
         let velocity = pin.velocity.unwrap_or_default();
         let velocity = source.vector(format_args!("{key}.velocity"), velocity)?;
+        let lead = lead(sets, (&key, pin), &particles, solids)?;
+        let mut held = Vec::new();
         for particle in particles {
-            let Some((other, pull)) = held.insert(particle, (row, velocity)) else {
+            let Some(other) = holders.insert(particle, row) else {
                 pins.push(Pin { particle, velocity });
+                held.push(particle);
                 continue;
             };
-            let are_sets = pin.set.is_some() && rows[other].set.is_some();
-            if !are_sets || pull != velocity {
+            let motion =
+                |pin: &PinRow| (pin.velocity.unwrap_or_default(), pin.follow.clone(), pin.until);
+            let [one, two] = [pin, &rows[other]];
+            let are_alike = one.set.is_some() && two.set.is_some() && motion(one) == motion(two);
+            if !are_alike || one.key_frames.is_some() || two.key_frames.is_some() {
                 let reason = format!(
                     "and pins[{other}] hold the same particle, number {particle} of the scene"
                 );
                 return Err(source.refuse(format_args!("{key}"), reason));
             }
         }
+        if let Some(lead) = lead {
+            let start = match &lead {
+                Lead::Solid(solid) => {
+                    let solid = &sets.scene.solids[*solid];
+                    (solid.position, solid.axes.transpose())
+                }
+                Lead::Path { position, .. } => (*position, DMat3::IDENTITY),
+            };
+            let place = |particle: usize| {
+                (particle, start.1 * (sets.scene.particles[particle].position - start.0))
+            };
+            let held = held.into_iter().map(place).collect();
+            guides.push(Guide { held, lead, until: pin.until });
+        }
     }
-    Ok(pins)
+    Ok((pins, guides))
+}
+
+/// What leads the particles of the pin at `key`; nothing where it is a velocity that never ends.
+fn lead(
+    sets: &NamedSets<'_>,
+    (key, pin): (&str, &PinRow),
+    particles: &[usize],
+    solids: &[SolidRow],
+) -> Result<Option<Lead>, FileError> {
+    let source = sets.source;
+    let given = [
+        ("velocity", pin.velocity.is_some()),
+        ("follow", pin.follow.is_some()),
+        ("key_frames", pin.key_frames.is_some()),
+    ];
+    let mut given = given.iter().filter(|(_, is_given)| *is_given).map(|&(name, _)| name);
+    if let (Some(one), Some(other)) = (given.next(), given.next()) {
+        let reason = format!("and {other} exclude each other: a pin moves by one of them");
+        return Err(source.refuse(format_args!("{key}.{one}"), reason));
+    }
+    if let Some(until) = pin.until {
+        source.number(format_args!("{key}.until"), until)?;
+    }
+    if let Some(solid) = &pin.follow {
+        let name = |row: &'_ SolidRow| row.name.clone().unwrap_or_else(|| row.kind.name().into());
+        let names: Vec<String> = solids.iter().map(name).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let key = format!("{key}.follow");
+        return numbered(source, &key, solid, ("solid", "solids", &names))
+            .map(|solid| Some(Lead::Solid(solid)));
+    }
+    let places = particles.iter().map(|&particle| sets.scene.particles[particle].position);
+    let first = sets.scene.particles[particles[0]].position;
+    let (low, high) = places.fold((first, first), |(low, high), x| (low.min(x), high.max(x)));
+    let position = low + (high - low) * 0.5;
+    let keys = match &pin.key_frames {
+        None if pin.until.is_none() => return Ok(None),
+        None => Vec::new(),
+        Some(rows) => {
+            let start = KeyFrame { time: 0.0, position, axes: DMat3::IDENTITY };
+            key_frames(source, (key, rows), start, sets.scene.world.extent)?
+        }
+    };
+    let velocity = DVec3::from_array(pin.velocity.unwrap_or_default());
+    Ok(Some(Lead::Path { position, velocity, keys }))
 }
 
 /// The masses that rows put on particles, kilograms.
