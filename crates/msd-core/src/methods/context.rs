@@ -95,6 +95,11 @@ pub(crate) enum Failure {
 }
 
 impl Done {
+    /// Whether the energy that it books is a number.
+    pub(crate) fn is_finite(&self) -> bool {
+        (self.counted + self.given).is_finite()
+    }
+
     /// Books the effect of obstacles. Energy that moving surfaces drive in counts as given, as only
     /// user-defined surfaces move.
     pub(crate) fn meet(&mut self, contacts: Contacts) {
