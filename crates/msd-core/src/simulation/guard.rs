@@ -1,8 +1,8 @@
 //! The guard against divergence: where a state left the world, and a substep that is stable.
 //!
-//! A state is outside too where a particle is so fast that its next substep crosses the whole world,
-//! or where the step took or gave more energy than a number holds: a method that ends on a kick
-//! leaves positions from before it.
+//! A state is outside too where a particle is so fast that its next substep crosses the whole
+//! world, or where the step took or gave more energy than a number holds: a method that ends on a
+//! kick leaves positions from before it.
 
 use super::Simulation;
 use crate::columns::threads::merge_shares;
@@ -84,9 +84,7 @@ fn first_outside<R: Real>(
     let columns = (&*state.positions, &*state.velocities);
     // All at once first: faster than stopping at the first particle outside, as there hardly ever
     // is one.
-    let is_inside = |(x, v): (&[R], &[R])| {
-        at_level!(level, simd => is_within(simd, x, extent) & is_within(simd, v, speed))
-    };
+    let is_inside = |share| is_share_within(level, [extent, speed], share);
     if merge_shares(columns, &is_inside, &|low, high| low & high) {
         return None;
     }
@@ -98,6 +96,10 @@ fn first_outside<R: Real>(
         let (position, velocity) = state.get(at);
         !(within(position, extent) && within(velocity, speed))
     })
+}
+
+fn is_share_within<R: Real>(level: Level, [extent, speed]: [R; 2], (x, v): (&[R], &[R])) -> bool {
+    at_level!(level, simd => is_within(simd, x, extent) & is_within(simd, v, speed))
 }
 
 /// Whether no number of a column is beyond a bound; a NaN counts as beyond.

@@ -3,8 +3,8 @@
 use crate::common::{simulation, two_masses};
 use msd_core::glam::DVec3;
 use msd_core::{
-    Air, Body, Divergence, Error, Friction, Gust, Integrator, Interaction, Material, Particle, Pin, Plane,
-    Real, Scene, Settings, Simulation, Spring, State, Vector, shape,
+    Air, Body, Divergence, Error, Friction, Gust, Integrator, Interaction, Material, Particle, Pin,
+    Plane, Real, Scene, Settings, Simulation, Spring, State, Vector, shape,
 };
 use std::ops::Range;
 
