@@ -187,6 +187,10 @@ pub struct Divergence {
     pub stable_substep: Option<f64>,
 }
 
+/// Where a millionth of a substep would be stable, the state kept has flown apart, and what is
+/// predicted about it is no advice.
+const FAR_GONE: f64 = 1e-6;
+
 impl core::error::Error for Divergence {}
 
 impl core::fmt::Display for Divergence {
@@ -198,6 +202,10 @@ impl core::fmt::Display for Divergence {
         )?;
         write!(f, "the last good state is kept. The substep is {substep:.3e} s; ")?;
         match stable_substep {
+            Some(stable) if *stable < FAR_GONE * substep => write!(
+                f,
+                "in the state kept none is: start again with more substeps or another integrator"
+            ),
             Some(stable) if stable < substep => {
                 write!(f, "at most {stable:.3e} s is predicted stable: use more substeps")
             }

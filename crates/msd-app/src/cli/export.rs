@@ -4,7 +4,7 @@ use super::arguments::ExportArguments;
 use super::failure::{Failure, hush, note, say};
 use super::places::Places;
 use super::run::prepare::{Prepared, prepare};
-use super::run::{SetKeys, explain_divergence, set_keys};
+use super::run::{SetKeys, explain_end, set_keys};
 use super::steps::Interrupt;
 use super::steps::Moments;
 use super::steps::Steps;
@@ -65,10 +65,7 @@ pub fn run_export(arguments: &ExportArguments) -> Result<(), Failure> {
     let moments = export.finish(&prepared.runner).map_err(Failure::input)?;
     let (name, time) = (prepared.name.clone(), prepared.runner.time());
     let diverged = match ended {
-        ExportEnd::Diverged(error) => {
-            let advice = prepared.is_advised().then_some("");
-            Some(explain_divergence(&name, error, advice))
-        }
+        ExportEnd::Diverged(error) => Some(explain_end(&prepared, error)),
         ExportEnd::Unwritten(error) => return Err(Failure::input(error)),
         ExportEnd::Interrupted => {
             let told = format!("interrupted after {}", quantity(time, "s"));

@@ -31,9 +31,10 @@ fn list(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Scenes");
     let mut wanted = None;
     ui.spacing_mut().item_spacing.y = 1.0;
-    let row = ui.spacing().interact_size.y + ui.spacing().item_spacing.y;
-    // The last row is seen in part, so that one sees that there are more.
-    let area = ScrollArea::vertical().id_salt("list").max_height((ROWS - 0.5) * row);
+    let gap = ui.spacing().item_spacing.y;
+    let row = ui.spacing().interact_size.y + gap;
+    // Whole rows: the scroll bar, which is always seen, shows that there are more.
+    let area = ScrollArea::vertical().id_salt("list").max_height(ROWS * row - gap);
     // The scene that runs comes into sight once: the list may be scrolled on from there.
     let key = Id::unique("scene in sight");
     let current = Some(viewer.current());
@@ -57,7 +58,10 @@ fn list(ui: &mut Ui, viewer: &mut Viewer) {
     // The scene of a file or a mesh stays within reach.
     let mut back = false;
     if let Some(opened) = viewer.opened() {
-        let button = Button::selectable(viewer.current().is_none(), &*opened.name)
+        // By the name of its file: a built-in scene may have the name of the scene.
+        let file = opened.files.first().and_then(|file| file.file_name());
+        let name = file.map_or((&*opened.name).into(), |file| file.to_string_lossy());
+        let button = Button::selectable(viewer.current().is_none(), name)
             .truncate()
             .min_size(egui::vec2(ui.available_width(), 0.0));
         back = ui.add(button).on_hover_text(&*opened.title).clicked();

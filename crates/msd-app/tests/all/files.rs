@@ -2,7 +2,9 @@
 
 use crate::frames::{type_in, window};
 use egui::Key;
+use egui::accesskit::Role;
 use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
 use msd_app::viewer::{Command, Viewer, catalogue};
 use std::path::Path;
 
@@ -112,4 +114,12 @@ fn what_is_typed_in_the_gallery_does_not_reach_the_scene_and_a_wrong_path_stays(
     assert_eq!(&*harness.state().session.loaded().name, "rope");
     type_in(&mut harness, "", Key::Escape);
     assert_eq!(path(&harness), None);
+}
+
+#[test]
+fn a_file_that_is_called_as_a_built_in_scene_is_listed_by_its_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let harness = window(viewer(&folder.path().join("cloth.toml")), [1280.0, 800.0]);
+    let listed = |name: &str| harness.query_all_by_role_and_label(Role::Button, name).count();
+    assert_eq!((listed("cloth"), listed("cloth.toml")), (1, 1));
 }

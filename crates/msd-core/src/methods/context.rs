@@ -103,6 +103,11 @@ impl Done {
         self.given += work.max(0.0);
     }
 
+    /// Whether the energy that it books is a number.
+    pub(crate) fn is_finite(&self) -> bool {
+        (self.counted + self.given).is_finite()
+    }
+
     /// Books the effect of obstacles. Energy that moving surfaces drive in counts as given, as only
     /// user-defined surfaces move.
     pub(crate) fn meet(&mut self, contacts: Contacts) {

@@ -1,9 +1,13 @@
 //! The guard against divergence: where a state left the world, and a substep that is stable.
+//!
+//! A state is outside too where a particle is so fast that its next substep crosses the whole
+//! world, or where the step took or gave more energy than a number holds: a method that ends on a
+//! kick leaves positions from before it.
 
 use super::Simulation;
 use crate::columns::threads::merge_shares;
 use crate::error::{Divergence, Error};
-use crate::methods::Failure;
+use crate::methods::{Done, Failure};
 use crate::number::{Real, Vector, at_level};
 use crate::stability::Estimator;
 use crate::system::{Columns, Model};
@@ -11,9 +15,9 @@ use fearless_simd::{Level, Simd, SimdBase, SimdMask};
 
 impl<R: Real> Simulation<R> {
     /// Refuses a step that a method gave up, and a state outside the world.
-    pub(super) fn guard(&self, failure: Option<Failure>) -> Result<(), Error> {
+    pub(super) fn guard(&self, done: &Done) -> Result<(), Error> {
         let (step, time) = (self.steps + 1, self.time());
-        let outside = match failure {
+        let outside = match done.failure {
             Some(Failure::Tolerance(particle)) => {
                 let tolerance = self.settings.tolerance;
                 return Err(Error::Unreachable { tolerance, particle, step, time });
@@ -26,7 +30,7 @@ impl<R: Real> Simulation<R> {
                 return Err(Error::Unsolved { residual, iterations, step, time });
             }
             Some(Failure::NotFinite(particle)) => Some(particle),
-            None => first_outside(self.level, &self.model, &self.state),
+            None => self.first_outside().or_else(|| (!done.is_finite()).then(|| self.fastest())),
         };
         let Some(particle) = outside else {
             return Ok(());
@@ -41,6 +45,24 @@ impl<R: Real> Simulation<R> {
         }))
     }
 
+    /// The first particle that is outside the world, or would cross all of it in a substep.
+    fn first_outside(&self) -> Option<usize> {
+        let extent = self.model.extent;
+        let crossing = 2.0 * extent.to_f64() / self.settings.substep();
+        // An adaptive method divides its step by itself.
+        let is_adaptive = self.own_method.is_none() && self.settings.integrator.is_adaptive();
+        let speed = if is_adaptive { R::LARGEST } else { R::of(crossing).min(R::LARGEST) };
+        first_outside(self.level, &self.model, &self.state, [extent, speed])
+    }
+
+    /// The particle with the largest component of a velocity.
+    fn fastest(&self) -> usize {
+        let speed = |at| self.state.get(at).1.extent();
+        let places = self.model.slots.places().map(speed).enumerate();
+        let faster = |a: (usize, R), b: (usize, R)| if a.1 < b.1 { b } else { a };
+        places.reduce(faster).map_or(0, |(particle, _)| particle)
+    }
+
     /// The largest substep predicted stable about a state, seconds; infinite where the method
     /// chooses its own.
     pub(super) fn largest_substep_at(&self, at: &Columns<R>, estimator: &mut Estimator) -> f64 {
@@ -52,12 +74,17 @@ impl<R: Real> Simulation<R> {
     }
 }
 
-/// The first particle that is outside the world, or the velocity of which is not finite.
-fn first_outside<R: Real>(level: Level, model: &Model<R>, state: &Columns<R>) -> Option<usize> {
-    let (extent, columns) = (model.extent, (&*state.positions, &*state.velocities));
+/// The first particle a coordinate or a speed of which is beyond its bound.
+fn first_outside<R: Real>(
+    level: Level,
+    model: &Model<R>,
+    state: &Columns<R>,
+    [extent, speed]: [R; 2],
+) -> Option<usize> {
+    let columns = (&*state.positions, &*state.velocities);
     // All at once first: faster than stopping at the first particle outside, as there hardly ever
     // is one.
-    let is_inside = |share| is_share_within(level, extent, share);
+    let is_inside = |share| is_share_within(level, [extent, speed], share);
     if merge_shares(columns, &is_inside, &|low, high| low & high) {
         return None;
     }
@@ -67,12 +94,12 @@ fn first_outside<R: Real>(level: Level, model: &Model<R>, state: &Columns<R>) ->
     };
     model.slots.places().position(|at| {
         let (position, velocity) = state.get(at);
-        !(within(position, extent) && within(velocity, R::LARGEST))
+        !(within(position, extent) && within(velocity, speed))
     })
 }
 
-fn is_share_within<R: Real>(level: Level, extent: R, (x, v): (&[R], &[R])) -> bool {
-    at_level!(level, simd => is_within(simd, x, extent) & is_within(simd, v, R::LARGEST))
+fn is_share_within<R: Real>(level: Level, [extent, speed]: [R; 2], (x, v): (&[R], &[R])) -> bool {
+    at_level!(level, simd => is_within(simd, x, extent) & is_within(simd, v, speed))
 }
 
 /// Whether no number of a column is beyond a bound; a NaN counts as beyond.

@@ -31,7 +31,7 @@ use crate::elements::grabs::Grab;
 use crate::elements::{Element, Own};
 use crate::energy::Ledger;
 use crate::error::Error;
-use crate::methods::{Done, Failure, Method, OwnMethod, Scratch, Settings, StepContext};
+use crate::methods::{Done, Method, OwnMethod, Scratch, Settings, StepContext};
 use crate::number::{Instructions, Real};
 use crate::obstacles::{Obstacle, Obstacles, OwnObstacle};
 use crate::scene::check::check_steps;
@@ -147,7 +147,8 @@ impl<R: Real> Simulation<R> {
     /// Advances by one step of `settings.step` seconds.
     ///
     /// # Errors
-    /// [`Error::Diverged`] if a particle left the world or the force on it is not finite,
+    /// [`Error::Diverged`] if a particle left the world, would cross all of it in a substep, or
+    /// the force on it or the energy taken is not finite,
     /// [`Error::Unreachable`] if an adaptive method cannot keep its tolerance,
     /// [`Error::TooManyEvaluations`] if it would take longer than it may, [`Error::Unsolved`] if an
     /// implicit one cannot solve for the step, [`Error::OutOfDomain`] for one step too many to be
@@ -206,7 +207,7 @@ impl<R: Real> Simulation<R> {
             return Ok(false);
         }
         self.touched = done.touched;
-        if let Err(error) = self.guard_or_go_back(done.failure) {
+        if let Err(error) = self.guard_or_go_back(&done) {
             self.put_model_back(kept);
             return Err(error);
         }
@@ -268,8 +269,8 @@ impl<R: Real> Simulation<R> {
     }
 
     /// Goes back to the last good state where the present one is refused.
-    fn guard_or_go_back(&mut self, failure: Option<Failure>) -> Result<(), Error> {
-        self.guard(failure).inspect_err(|_| self.go_back())
+    fn guard_or_go_back(&mut self, done: &Done) -> Result<(), Error> {
+        self.guard(done).inspect_err(|_| self.go_back())
     }
 
     /// Goes back to the last good state.
@@ -360,7 +361,7 @@ impl<R: Real> Simulation<R> {
                 self.good.put(at, (position, velocity));
             }
         }
-        self.guard_or_go_back(None)
+        self.guard_or_go_back(&Done::default())
     }
 
     /// Replaces the state, for instance with that of a state file or of an earlier step.

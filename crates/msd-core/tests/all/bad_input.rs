@@ -3,8 +3,8 @@
 use crate::common::{simulation, two_masses};
 use msd_core::glam::DVec3;
 use msd_core::{
-    Air, Body, Error, Friction, Gust, Integrator, Interaction, Material, Particle, Pin, Plane,
-    Real, Scene, Settings, Simulation, Spring, State, Vector, shape,
+    Air, Body, Divergence, Error, Friction, Gust, Integrator, Interaction, Material, Particle, Pin,
+    Plane, Real, Scene, Settings, Simulation, Spring, State, Vector, shape,
 };
 use std::ops::Range;
 
@@ -210,6 +210,64 @@ fn a_run_that_diverges_stops_at_the_last_good_state_and_says_where() {
         diverges::<f32>(integrator);
         diverges::<f64>(integrator);
     }
+}
+
+/// A heap that is too stiff for its step, on a floor, with everything that books energy.
+fn stiff_heap(factor: f64) -> Scene {
+    let material = Material { mass: 0.05, stiffness: 400.0 * factor, damping: 0.5 * factor };
+    let mut part = shape::block([4, 4, 4], 0.1, material).expect("a block");
+    part.set_motion(DVec3::new(0.3, -2.0, 0.1), DVec3::new(1.0, 2.0, 3.0));
+    let floor = Plane { offset: -0.2, ..PLANE };
+    Scene { planes: vec![floor], ..Scene::of("heap", part) }
+}
+
+fn holds_only_numbers<R: Real>(scene: &Scene, integrator: Integrator, substeps: u32) {
+    let settings = Settings { integrator, substeps, ..Settings::default() };
+    let mut run = Simulation::<R>::new(scene, settings).expect("a scene");
+    let is_good = |run: &Simulation<R>| {
+        let crossing = 2.0 * scene.world.extent / settings.substep();
+        let speeds = run.state().velocities;
+        let is_slow = speeds.iter().all(|speed| speed.to_f64().abs().max_element() <= crossing);
+        run.energy().total().is_finite() && (is_slow || integrator.is_adaptive())
+    };
+    for step in 1..200 {
+        let failed = run.step().is_err();
+        assert!(is_good(&run), "{integrator}, {substeps}: step {step}, {:?}", run.energy());
+        if failed {
+            return;
+        }
+    }
+}
+
+/// Energies are infinite long before positions are, where a method ends on a kick.
+#[test]
+fn a_run_that_diverges_keeps_finite_energies_and_speeds() {
+    for factor in [1.0, 1e2, 1e4, 1e8, 1e16] {
+        let scene = stiff_heap(factor);
+        for integrator in Integrator::ALL {
+            if integrator == Integrator::DormandPrince && 1e2 < factor {
+                continue;
+            }
+            for substeps in [1, 3, 8] {
+                holds_only_numbers::<f32>(&scene, integrator, substeps);
+                holds_only_numbers::<f64>(&scene, integrator, substeps);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_prediction_about_a_state_that_flew_apart_is_no_advice() {
+    let report = |stable| Divergence {
+        particle: 3,
+        step: 7,
+        time: 0.1,
+        substep: 2e-3,
+        stable_substep: Some(stable),
+    };
+    let [far, near] = [2.475e-16, 1e-3].map(|stable| report(stable).to_string());
+    assert!(far.contains("start again with more substeps") && !far.contains("e-16"), "{far}");
+    assert!(near.contains("at most 1.000e-3 s is predicted stable"), "{near}");
 }
 
 #[test]

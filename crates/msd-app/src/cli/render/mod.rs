@@ -6,7 +6,7 @@ use crate::cli::arguments::RenderArguments;
 use crate::cli::failure::{Failure, hush, note, say};
 use crate::cli::places::{Places, make_folder};
 use crate::cli::run::prepare::{Prepared, prepare};
-use crate::cli::run::{SetKeys, explain_divergence, set_keys};
+use crate::cli::run::{SetKeys, explain_end, set_keys};
 use crate::cli::steps::Interrupt;
 use crate::cli::steps::Moments;
 use crate::cli::steps::Steps;
@@ -119,10 +119,7 @@ fn steps(film: Option<Moments>, prepared: &mut Prepared) -> Result<Vec<u64>, Fai
 /// Why a run ended early, if it did.
 fn failure(ended: FilmEnd, prepared: &Prepared, frames: usize) -> Option<Failure> {
     match ended {
-        FilmEnd::Diverged(error) => {
-            let advice = prepared.is_advised().then_some("");
-            Some(explain_divergence(&prepared.name, error, advice))
-        }
+        FilmEnd::Diverged(error) => Some(explain_end(prepared, error)),
         FilmEnd::Interrupted => {
             let time = quantity(prepared.runner.time(), "s");
             let told = format!("interrupted after {time}; {frames} frames are written");

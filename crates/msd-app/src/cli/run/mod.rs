@@ -18,7 +18,7 @@ use advice::{advise, appended};
 use files::Files;
 use msd_core::{Divergence, Error};
 use msd_run::rescue::LASTING;
-use msd_run::{Kind, Moment, Runner};
+use msd_run::{Kind, Runner};
 use msd_study::quantity::quantity;
 use prepare::{FRAME, Prepared, prepare};
 use report::{Done, RunReport};
@@ -33,10 +33,10 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let mut prepared =
         prepare((scene, &arguments.set), &arguments.solver, ("--duration", arguments.duration))?;
     let mut files = Files::open(arguments, &prepared)?;
-    let (start, began) = (prepared.runner.moment(), prepared.runner.time());
+    let began = prepared.runner.time();
     let (mut done, diverged) = step_all(&mut prepared, &mut files, &interrupt);
     let is_interrupted = diverged.is_none() && done.steps < prepared.steps;
-    let advice = late_advice(&prepared, (&start, began), diverged.as_ref());
+    let advice = late_advice(&prepared, diverged.as_ref());
     let diverged =
         diverged.map(|error| explain_divergence(&prepared.name, error, advice.as_deref()));
     (done.diverged, done.interrupted) = (diverged.is_some(), is_interrupted);
@@ -57,11 +57,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
 
 /// Advice that was not given before the run: it diverged, or its limit moved below its step. Empty
 /// where it was given.
-fn late_advice(
-    prepared: &Prepared,
-    (start, began): (&Moment, f64),
-    diverged: Option<&Error>,
-) -> Option<String> {
+fn late_advice(prepared: &Prepared, diverged: Option<&Error>) -> Option<String> {
     let is_of_step = diverged.is_some_and(Error::is_of_step);
     let found = prepared.watch.findings(&prepared.runner);
     if !is_of_step && found.iter().all(|finding| finding.kind != Kind::StabilityLimit) {
@@ -70,9 +66,9 @@ fn late_advice(
     if prepared.is_advised() {
         return Some(String::new());
     }
-    let mut runner = prepared.runner.clone();
-    let lasting = (1.2 * (runner.time() - began)).max(LASTING);
-    runner.go_back(start).ok()?;
+    let (mut runner, ended) = (prepared.runner.clone(), prepared.runner.time());
+    runner.go_back(&prepared.start).ok()?;
+    let lasting = (1.2 * (ended - runner.time())).max(LASTING);
     let stable = prepared.watch.read().least.unwrap_or(prepared.stable);
     Some(advise(&runner, FRAME, stable, lasting))
 }
@@ -125,6 +121,12 @@ fn step_all(
     }
     done.wall = wall.as_secs_f64();
     (done, failed)
+}
+
+/// Why a run that was prepared stopped by itself, and what to change.
+pub fn explain_end(prepared: &Prepared, error: Error) -> Failure {
+    let advice = late_advice(prepared, Some(&error));
+    explain_divergence(&prepared.name, error, advice.as_deref())
 }
 
 /// What happened, and what to change. Empty advice was given before; without any the error itself

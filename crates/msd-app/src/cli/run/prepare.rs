@@ -8,7 +8,7 @@ use msd_app::link::Link;
 use msd_core::glam::DVec3;
 use msd_core::{Integrator, Scene, Settings, Solid};
 use msd_run::rescue::LASTING;
-use msd_run::{Finding, Kind, Runner, Watch, on};
+use msd_run::{Finding, Kind, Moment, Runner, Watch, on};
 use msd_scene::materials::Made;
 use msd_scene::{Assignment, Draft, Loaded, Viewpoint, load_state, open_set, plain, shown_path};
 use msd_study::quantity::{number, quantity, rounded};
@@ -41,6 +41,8 @@ pub struct Prepared {
     pub is_resumed: bool,
     /// The run.
     pub runner: Runner,
+    /// Its start.
+    pub start: Moment,
     /// The longest stable substep predicted at its start, seconds.
     pub stable: f64,
     /// The watch over it, and what it found at the start, which the warnings have.
@@ -146,7 +148,7 @@ pub fn prepare(
     }));
     warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));
     let Loaded { name, title, notes, files, made, progress, camera, .. } = loaded;
-    let is_resumed = progress.is_some();
+    let (is_resumed, start) = (progress.is_some(), runner.moment());
     Ok(Prepared {
         name,
         title,
@@ -156,6 +158,7 @@ pub fn prepare(
         camera,
         is_resumed,
         runner,
+        start,
         stable,
         watch,
         early,

@@ -124,6 +124,7 @@ fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> 
         made,
         camera: Viewpoint::default(),
         is_resumed,
+        start: runner.moment(),
         runner,
         stable,
         watch,
