@@ -401,11 +401,7 @@ pub(crate) fn apply<R: Real>(
             if model.is_removed(particle) => {}
         Grab { .. } => grab(model, h, interaction),
         Release { particle } => model.grabs.0.retain(|grab| grab.particle as usize != particle),
-        Pin { particle, velocity } => {
-            model.guides.release(particle);
-            model.inverse_masses[particle] = R::ZERO;
-            set_velocity(model, state, particle, R::Vec3::of(velocity));
-        }
+        Pin { particle, velocity } => pin(model, state, particle, R::Vec3::of(velocity)),
         Unpin { particle } if model.is_removed(particle) => {}
         Unpin { particle } => {
             model.guides.release(particle);
@@ -460,6 +456,12 @@ pub(crate) fn apply<R: Real>(
         }
         SetLook { body, look } => model.bodies[body].look = look,
     }
+}
+
+fn pin<R: Real>(model: &mut Model<R>, state: &mut Columns<R>, particle: usize, velocity: R::Vec3) {
+    model.guides.release(particle);
+    model.inverse_masses[particle] = R::ZERO;
+    set_velocity(model, state, particle, velocity);
 }
 
 /// Sets stiffness, damping or rest length of a range of springs.
