@@ -47,6 +47,15 @@ pub struct Loaded {
 }
 
 impl Loaded {
+    /// The scene to be run from time 0 where a saved run is: what moves is as far on its way.
+    pub fn restarted(mut self) -> Self {
+        if let Some(progress) = &self.progress {
+            self.scene.guides.clone_from(&progress.guides);
+            self.scene = self.scene.from_time(progress.time());
+        }
+        self
+    }
+
     /// The wind of the scene.
     pub fn wind(&self) -> Wind {
         self.wind.map_or(Wind::default(), |(wind, _)| wind)

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 /// Studies a scene and writes the report.
 pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
-    let loaded = open_scene(&arguments.scene, &arguments.set.set)?;
+    let loaded = open_scene(&arguments.scene, &arguments.set.set)?.restarted();
     if arguments.terms {
         return tell_terms(&loaded, arguments);
     }

@@ -71,7 +71,7 @@ impl Row {
 
 /// Tunes a scene and prints, or writes, the result.
 pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
-    let loaded = open_scene(&arguments.scene, &arguments.set.set)?;
+    let loaded = open_scene(&arguments.scene, &arguments.set.set)?.restarted();
     let path = &arguments.scene;
     let format = writable(path, arguments.write)?;
     let goal = match (arguments.max_error, arguments.budget) {

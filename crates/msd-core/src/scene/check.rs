@@ -97,10 +97,11 @@ pub(crate) fn check_guides<R: Real>(
         }
         match &guide.lead {
             Lead::Solid(solid) => check_index(at, "solid", *solid, solids)?,
-            Lead::Path { position, velocity, keys } => {
+            Lead::Path { since, position, velocity, keys } => {
+                check_time("start of the motion", at, *since)?;
                 check_vector::<R>("position", at, *position)?;
                 check_vector::<R>("velocity", at, *velocity)?;
-                check_keys::<R>(at, (0.0, velocity.extent()), keys)?;
+                check_keys::<R>(at, (*since, velocity.extent()), keys)?;
             }
         }
     }
@@ -295,7 +296,7 @@ fn check_solid<R: Real>(row: usize, solid: &Solid) -> Result<(), Error> {
         [("position", solid.position), ("velocity", solid.velocity), ("spin", solid.spin)];
     vectors.into_iter().try_for_each(|(quantity, value)| check_vector::<R>(quantity, at, value))?;
     check_axes(at, &solid.axes)?;
-    check_not_negative::<f64>("start of the motion", at, solid.since)?;
+    check_time("start of the motion", at, solid.since)?;
     let steady = solid.velocity.extent().max(solid.spin.extent());
     check_keys::<R>(at, (solid.since, steady), &solid.keys)?;
     check_fraction("restitution", at, solid.restitution)?;
@@ -432,6 +433,10 @@ pub(crate) fn check_mass<R: Real>(at: (&'static str, usize), mass: f64) -> Resul
     let usable =
         R::ZERO < rounded && is_finite::<R>(mass) && is_finite::<R>(1.0 / rounded.to_f64());
     check(usable, "mass", at, mass, "positive and finite")
+}
+
+fn check_time(quantity: &'static str, at: (&'static str, usize), value: f64) -> Result<(), Error> {
+    check(value.is_finite(), quantity, at, value, "finite")
 }
 
 pub(crate) fn check_not_negative<R: Real>(

@@ -223,8 +223,10 @@ pub struct Guide {
 pub enum Lead {
     /// That of a solid, by its number.
     Solid(usize),
-    /// One of their own, which starts with the run along the axes of the world.
+    /// One of their own, which starts along the axes of the world.
     Path {
+        /// When it starts, seconds: 0 unless a run starts later on its way.
+        since: f64,
         /// Their middle at the start, metres.
         position: DVec3,
         /// Velocity, metres per second; zero with key frames.

@@ -6,7 +6,7 @@
 //! `f32` and rounding it back is exact. Springs that are cut stay in the rows, since the order of
 //! sums follows from all of them. User-defined elements, obstacles and methods are not kept.
 
-use super::{Interaction, Simulation};
+use super::{Interaction, Simulation, step_start};
 use crate::contact::shells::RowImpulse;
 use crate::elements::grabs::Grab;
 use crate::energy::Ledger;
@@ -55,6 +55,13 @@ pub struct Progress {
     /// What guides pinned particles. Last, as runs that were saved before there were any end here.
     #[cfg_attr(feature = "serde", serde(deserialize_with = "or_none"))]
     pub guides: Vec<Guide>,
+}
+
+impl Progress {
+    /// Simulated time, seconds.
+    pub fn time(&self) -> f64 {
+        step_start(self.epoch, self.steps, self.settings.step)
+    }
 }
 
 /// Guides, or none where the data ends.

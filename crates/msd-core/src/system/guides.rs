@@ -23,12 +23,12 @@ impl Guides {
         for (guide, _) in self.0.iter().filter(|(_, guides)| *guides) {
             let route = match &guide.lead {
                 Lead::Solid(solid) => Route::of(&solids[*solid]),
-                Lead::Path { position, velocity, keys } => Route {
+                Lead::Path { since, position, velocity, keys } => Route {
                     position: *position,
                     axes: DMat3::IDENTITY,
                     velocity: *velocity,
                     spin: DVec3::ZERO,
-                    since: 0.0,
+                    since: *since,
                     keys,
                 },
             };

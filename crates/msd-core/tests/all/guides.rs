@@ -17,7 +17,7 @@ const REST: f64 = 0.25;
 fn hung(stiffness: f64, gravity: f64) -> Scene {
     let particle = |y: f64| Particle { position: DVec3::Y * y, velocity: DVec3::ZERO, mass: 1.0 };
     let keys = vec![KeyFrame { time: TIME, position: DVec3::Y * WAY, axes: DMat3::IDENTITY }];
-    let lead = Lead::Path { position: DVec3::ZERO, velocity: DVec3::ZERO, keys };
+    let lead = Lead::Path { since: 0.0, position: DVec3::ZERO, velocity: DVec3::ZERO, keys };
     let mut scene = Scene {
         world: weightless(),
         particles: vec![particle(0.0), particle(-REST - gravity / stiffness)],
@@ -318,5 +318,37 @@ fn bad_guides_are_refused() {
         change(&mut scene.guides[0]);
         let refused = Simulation::<f32>::new(&scene, Settings::default()).unwrap_err();
         assert_eq!(refused.to_string(), expected);
+    }
+}
+
+#[test]
+fn a_run_that_starts_on_the_way_moves_as_the_one_that_came_there() {
+    let mut scene = hung(100.0, G);
+    let keys = vec![KeyFrame { time: TIME, position: DVec3::X * WAY, axes: DMat3::IDENTITY }];
+    let ball = || Solid::new(Shape::Sphere { radius: 0.1 });
+    scene.solids = vec![
+        Solid { position: DVec3::Z, keys, ..ball() },
+        Solid { position: DVec3::Z * 3.0, spin: DVec3::Y, ..ball() },
+    ];
+    for (solid, until) in [(0, Some(0.75)), (1, None), (1, Some(0.25))] {
+        let position = scene.solids[solid].position + DVec3::X * 0.5;
+        let held = vec![(scene.particles.len(), DVec3::X * 0.5)];
+        scene.particles.push(Particle { position, velocity: DVec3::ZERO, mass: 1.0 });
+        scene.guides.push(Guide { held, lead: Lead::Solid(solid), until });
+    }
+    let mut run = start::<f64>(&scene, Integrator::VelocityVerlet, 16);
+    (0..32).for_each(|_| run.step().unwrap());
+    let (mut rows, progress) = run.progress();
+    rows.guides.clone_from(&progress.guides);
+    assert_eq!(progress.time(), run.time());
+    let mut later = start::<f64>(&rows.from_time(progress.time()), Integrator::VelocityVerlet, 16);
+    for _ in 0..32 {
+        run.step().unwrap();
+        later.step().unwrap();
+        for particle in 0..scene.particles.len() {
+            let apart = run.position(particle).to_f64() - later.position(particle).to_f64();
+            // Times are multiples of 1/1024: ways differ by roundings of metres.
+            assert!(apart.length() <= 1e-13, "particle {particle} at {} s: {apart}", run.time());
+        }
     }
 }

@@ -50,7 +50,7 @@ fn handled(integrator: Integrator, precision: Precision) -> Runner {
     loaded.scene.pins.push(Pin { particle: 3, velocity: DVec3::new(0.1, 0.2, 0.0) });
     let place = loaded.scene.particles[4].position;
     let key = KeyFrame { time: 0.4, position: place + DVec3::X * 0.1, axes: DMat3::IDENTITY };
-    let lead = Lead::Path { position: place, velocity: DVec3::ZERO, keys: vec![key] };
+    let lead = Lead::Path { since: 0.0, position: place, velocity: DVec3::ZERO, keys: vec![key] };
     let held = vec![(4, DVec3::ZERO)];
     loaded.scene.guides.push(Guide { held, lead, until: Some(0.3) });
     let mut runner = Runner::open(&loaded).expect("a run");

@@ -44,7 +44,8 @@ impl Adopted {
             Trial::Waiting(age) => {
                 *age += real.max(0.0);
                 if CALM <= *age {
-                    let scene = subject(runner, scene, StudyFrom::Here);
+                    let scene = subject(runner, scene, StudyFrom::Here)
+                        .map(|scene| scene.from_time(runner.time()));
                     self.trial = scene.map_or(Trial::Done, |scene| {
                         Trial::Begun(Worker::start(SoundnessTask(scene, self.choice)))
                     });

@@ -195,7 +195,7 @@ impl Trade {
             StudyFrom::Start => 0.0,
             StudyFrom::Here => runner.time(),
         };
-        let studied = loaded_of(scene.clone(), now.0, solver(runner));
+        let studied = loaded_of(scene.clone().from_time(start), now.0, solver(runner));
         self.subject = Some((scene, start));
         let plan = Plan {
             duration: STUDY_DURATION,

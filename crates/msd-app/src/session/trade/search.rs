@@ -188,6 +188,7 @@ impl Session {
             let now = choice_of(self.run.runner());
             let mut trials = study.iter().flat_map(|study| &study.trials);
             let present = trials.find(|trial| now == Some(trial.choice));
+            let scene = scene.from_time(self.run.runner().time());
             let task = RetryTask::new(scene, tuned, present);
             return search.retrial = Some(Worker::start(task));
         }

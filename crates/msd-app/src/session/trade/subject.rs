@@ -1,7 +1,7 @@
 //! The scene that a study in the background is about.
 
 use glam::DVec3;
-use msd_core::{Friction, Plane, Scene, Settings, Spring};
+use msd_core::{Friction, Pin, Plane, Scene, Settings, Spring};
 use msd_run::Runner;
 use msd_scene::{Loaded, Precision};
 
@@ -29,6 +29,7 @@ pub(super) fn subject(runner: &Runner, (loaded, force): Now<'_>, from: StudyFrom
     let mut scene = without(rows, &progress.cut);
     scene.world.force = force.unwrap_or(scene.world.force);
     let start = &loaded.scene;
+    scene.guides = progress.guides;
     if from == StudyFrom::Start && start.particles.len() == scene.particles.len() {
         for (particle, first) in scene.particles.iter_mut().zip(&start.particles) {
             (particle.position, particle.velocity) = (first.position, first.velocity);
@@ -95,8 +96,12 @@ pub(super) fn is_same(a: &Scene, b: &Scene) -> bool {
         (normal.map(|part| (part * 1e6).round()), round(p.restitution), kind, round(factor))
     };
     let pins = |s: &Scene| {
-        let mut pins: Vec<_> =
-            s.pins.iter().map(|pin| (pin.particle, vector(pin.velocity))).collect();
+        // A guide sets the velocities of its pins.
+        let is_guided = |pin: &&Pin| {
+            s.guides.iter().flat_map(|guide| &guide.held).any(|&(held, _)| held == pin.particle)
+        };
+        let free = s.pins.iter().filter(|pin| !is_guided(pin));
+        let mut pins: Vec<_> = free.map(|pin| (pin.particle, vector(pin.velocity))).collect();
         pins.sort_by_key(|pin| pin.0);
         pins
     };
@@ -108,6 +113,7 @@ pub(super) fn is_same(a: &Scene, b: &Scene) -> bool {
         && a.springs.iter().zip(&b.springs).all(|(a, b)| spring(a) == spring(b))
         && a.planes.iter().map(plane).eq(b.planes.iter().map(plane))
         && a.solids == b.solids
+        && a.guides == b.guides
         && a.shells == b.shells
         && pins(a) == pins(b)
 }

@@ -106,7 +106,7 @@ fn lead(
         }
     };
     let velocity = DVec3::from_array(pin.velocity.unwrap_or_default());
-    Ok(Some(Lead::Path { position, velocity, keys }))
+    Ok(Some(Lead::Path { since: 0.0, position, velocity, keys }))
 }
 
 /// The masses that rows put on particles, kilograms.
