@@ -128,7 +128,7 @@ fn a_run_in_two_halves_ends_with_the_same_bits_as_one() {
 }
 
 #[test]
-fn a_state_without_a_time_is_told_where_solids_move() {
+fn a_state_without_a_time_is_noted_where_solids_or_pins_move() {
     let folder = folder();
     let notes = |scene: &str| {
         let run = |arguments: &[&str]| {
@@ -141,6 +141,9 @@ fn a_state_without_a_time_is_told_where_solids_move() {
     let told = "s.csv holds no time: 1 solid that moves begins anew; `--save RUN.msd` keeps a run \
                 that goes on where it was";
     assert_eq!(notes("curtain"), serde_json::json!([told]));
+    let pins = "s.csv holds no time: pins with `key_frames`, `follow` or `until` begin anew; \
+                `--save RUN.msd` keeps a run that goes on where it was";
+    assert_eq!(notes("gripper"), serde_json::json!([pins]));
     // Its ball stands still.
     assert_eq!(notes("drape"), serde_json::json!([]));
 }

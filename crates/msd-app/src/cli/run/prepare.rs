@@ -121,7 +121,7 @@ pub fn prepare(
         // Automatic substeps are those of the state that it starts from.
         let automatic = runner.is_automatic();
         runner.set_automatic(automatic).map_err(refused)?;
-        loaded.notes.extend(begun_anew(&runner, path));
+        loaded.notes.extend(begun_anew(&runner, &loaded.scene, path));
     }
     if solver.step == Some(Step::Auto) {
         choose_step(&mut runner, duration)?;
@@ -167,21 +167,26 @@ pub fn prepare(
     })
 }
 
-/// A line on solids that move: a state says nothing of the time, so their motion starts anew.
-fn begun_anew(runner: &Runner, state: &Path) -> Option<String> {
+/// A line on solids and pins that move: a state holds no time, so their motion starts anew.
+fn begun_anew(runner: &Runner, scene: &Scene, state: &Path) -> Option<String> {
     let still = DVec3::ZERO;
     let moves =
         |solid: &Solid| !solid.keys.is_empty() || solid.velocity != still || solid.spin != still;
     let solids = on!(runner, simulation => simulation.model().solids());
     let count = solids.iter().filter(|solid| moves(solid)).count();
-    (0 < count).then(|| {
-        let moving = if count == 1 { "solid that moves begins" } else { "solids that move begin" };
-        format!(
-            "{} holds no time: {count} {moving} anew; `--save RUN.msd` keeps a run that goes on \
-             where it was",
-            shown_path(state),
-        )
-    })
+    let pins = "pins with `key_frames`, `follow` or `until`";
+    let moving = match (count, scene.guides.is_empty()) {
+        (0, true) => return None,
+        (0, false) => format!("{pins} begin"),
+        (1, true) => "1 solid that moves begins".to_owned(),
+        (_, true) => format!("{count} solids that move begin"),
+        (1, false) => format!("1 solid that moves and {pins} begin"),
+        (_, false) => format!("{count} solids that move and {pins} begin"),
+    };
+    Some(format!(
+        "{} holds no time: {moving} anew; `--save RUN.msd` keeps a run that goes on where it was",
+        shown_path(state),
+    ))
 }
 
 /// Opens a scene, or what a link makes of it, with the solver of the command line.
