@@ -91,9 +91,10 @@ impl Guides {
     }
 }
 
-/// Whether a guide guides at a time of a run with steps of this length, seconds.
+/// Whether a guide guides at a time of a run with steps of this length, seconds: at the start each
+/// does, however soon it ends.
 pub(crate) fn guides_at(guide: &Guide, time: f64, step: f64) -> bool {
-    guide.until.is_none_or(|until| time + EARLY * step < until)
+    guide.until.is_none_or(|until| time <= 0.0 || time + EARLY * step < until)
 }
 
 /// The power that pins at these slots give: minus that of the forces on them, watts.

@@ -216,6 +216,15 @@ fn a_pin_that_ends_leaves_its_particle_in_free_flight() {
 }
 
 #[test]
+fn a_pin_that_ends_at_once_is_free_after_the_first_step() {
+    let mut scene = hung(100.0, G);
+    scene.guides[0].until = Some(1e-9);
+    let mut simulation = start::<f64>(&scene, Integrator::VelocityVerlet, 16);
+    simulation.step().unwrap();
+    assert!(!simulation.model().is_pinned(0) && simulation.has_freed_pins());
+}
+
+#[test]
 fn a_run_goes_back_before_the_end_of_a_pin_and_takes_the_same_way() {
     let mut scene = hung(100.0, G);
     scene.guides[0].until = Some(0.5);
