@@ -76,8 +76,8 @@ pub struct Solid {
     pub velocity: DVec3,
     /// Angular velocity about its middle, radians per second; zero with key frames.
     pub spin: DVec3,
-    /// The start of its motion, seconds: 0 unless an interaction has moved it since, or a run starts
-    /// later on its way.
+    /// The start of its motion, seconds: 0 unless an interaction has moved it since, or a run
+    /// starts later on its way.
     pub since: f64,
     /// Key frames that it moves through, smoothly, in order of time; it stays at the last. None: it
     /// moves steadily.

@@ -258,7 +258,7 @@ impl<R: Real> Candidates<R> {
         let sides = pair.clusters.map(|cluster| {
             let cluster = &self.clusters.rows[cluster as usize];
             let corners = &self.corners[cluster.corners.clone()];
-            Side { cluster, corners, around: cluster.extent::<R>(&self.corners) }
+            PlacedCluster { cluster, corners, around: cluster.extent::<R>(&self.corners) }
         });
         let stop = pair.stop;
         let apart = (sides[0].around.distance(sides[1].around) - stop).to_f64();
@@ -369,7 +369,7 @@ impl Cluster {
 }
 
 /// A cluster as a search sees it.
-struct Side<'a, R: Real> {
+struct PlacedCluster<'a, R: Real> {
     cluster: &'a Cluster,
     /// Where its corners are, metres, and the box around them.
     corners: &'a [R::Vec3],
@@ -398,7 +398,7 @@ impl<R: Real> FeatureSearch<R> {
         &mut self,
         simd: S,
         shells: &Shells,
-        (sides, is_one): (&[Side<'_, R>; 2], bool),
+        (sides, is_one): (&[PlacedCluster<'_, R>; 2], bool),
     ) {
         self.near.clear();
         let reach = self.reach;
@@ -406,7 +406,7 @@ impl<R: Real> FeatureSearch<R> {
             if is_one && own == 1 {
                 break;
             }
-            let [Side { cluster, corners, around }, others] = [&sides[own], &sides[other]];
+            let [PlacedCluster { cluster, corners, around }, others] = [&sides[own], &sides[other]];
             self.vertices.fill((&cluster.vertices, corners), (others.around, reach));
             self.faces.fill((&others.cluster.faces, others.corners), (*around, reach));
             self.see_faces(simd, shells);
@@ -416,7 +416,7 @@ impl<R: Real> FeatureSearch<R> {
             }
         }
         let ends = |edge: u32| shells.edges[edge as usize].ends;
-        let [Side { cluster, corners, around }, others] = sides;
+        let [PlacedCluster { cluster, corners, around }, others] = sides;
         self.edges.fill((&others.cluster.edges, others.corners), (*around, reach));
         for (number, edge) in cluster.edges.iter().enumerate() {
             let [a, b] = [corners[edge.corners[0] as usize], corners[edge.corners[1] as usize]];
