@@ -29,6 +29,11 @@ impl<'a> Route<'a> {
         let Solid { position, axes, velocity, spin, since, ref keys, .. } = *solid;
         Route { position, axes, velocity, spin, since, keys }
     }
+
+    /// Its middle at a time, seconds, without key frames.
+    fn steady_middle(&self, time: f64) -> DVec3 {
+        self.position + self.velocity * (time - self.since)
+    }
 }
 
 /// Where a solid is and how it moves.
@@ -58,7 +63,7 @@ impl SolidMotion {
         } else {
             rotation(solid.spin / speed, speed * since) * solid.axes
         };
-        let middle = solid.position + solid.velocity * since;
+        let middle = solid.steady_middle(time);
         SolidMotion { middle, axes, velocity: solid.velocity, spin: solid.spin }
     }
 
@@ -95,10 +100,11 @@ impl SolidMotion {
 
 /// The middle of a solid at a time, seconds, in metres.
 pub(crate) fn middle(solid: &Solid, time: f64) -> DVec3 {
-    if solid.keys.is_empty() {
-        solid.position + solid.velocity * (time - solid.since)
+    let route = Route::of(solid);
+    if route.keys.is_empty() {
+        route.steady_middle(time)
     } else {
-        SolidMotion::at(Route::of(solid), time).middle
+        SolidMotion::at(route, time).middle
     }
 }
 

@@ -27,7 +27,7 @@ pub use substance::{Bending, Elasticity, Substance};
 pub use surface::{Corner, Surface};
 
 use crate::number::Real;
-use alloc::{string::String, vec::Vec};
+use alloc::{collections::BTreeSet, string::String, vec::Vec};
 use core::ops::Range;
 use glam::DVec3;
 
@@ -303,4 +303,29 @@ pub struct Scene {
     pub guides: Vec<Guide>,
     /// Named parts; a particle need not belong to one.
     pub bodies: Vec<Body>,
+}
+
+impl Scene {
+    /// The particles that guides hold.
+    pub fn guided(&self) -> BTreeSet<usize> {
+        self.guides.iter().flat_map(|guide| &guide.held).map(|&(particle, _)| particle).collect()
+    }
+
+    /// The scene for a run that starts at time 0 and continues another one from a time, seconds:
+    /// solids and guided pins are as far on their ways. The particles stay.
+    pub fn from_time(mut self, now: f64) -> Self {
+        let earlier = |since: &mut f64, keys: &mut [KeyFrame]| {
+            *since -= now;
+            keys.iter_mut().for_each(|key| key.time -= now);
+        };
+        self.solids.iter_mut().for_each(|solid| earlier(&mut solid.since, &mut solid.keys));
+        self.guides.retain(|guide| guide.until.is_none_or(|until| now < until));
+        for guide in &mut self.guides {
+            guide.until = guide.until.map(|until| until - now);
+            if let Lead::Path { since, keys, .. } = &mut guide.lead {
+                earlier(since, keys);
+            }
+        }
+        self
+    }
 }

@@ -5,28 +5,10 @@
 //! before it is rounded, and readings are moved back.
 
 use crate::number::Real;
-use crate::scene::{KeyFrame, Lead, Scene};
+use crate::scene::{Lead, Scene};
 use glam::DVec3;
 
 impl Scene {
-    /// The scene for a run that starts at time 0 and continues another one from a time, seconds:
-    /// solids and guided pins are as far on their ways. The particles stay.
-    pub fn from_time(mut self, now: f64) -> Self {
-        let earlier = |since: &mut f64, keys: &mut [KeyFrame]| {
-            *since -= now;
-            keys.iter_mut().for_each(|key| key.time -= now);
-        };
-        self.solids.iter_mut().for_each(|solid| earlier(&mut solid.since, &mut solid.keys));
-        self.guides.retain(|guide| guide.until.is_none_or(|until| now < until));
-        for guide in &mut self.guides {
-            guide.until = guide.until.map(|until| until - now);
-            if let Lead::Path { since, keys, .. } = &mut guide.lead {
-                earlier(since, keys);
-            }
-        }
-        self
-    }
-
     /// The same scene elsewhere: particles, obstacles and gusts moved by `by`, metres.
     ///
     /// The world reaches as far from the new origin as from the old, and gravitational energy is

@@ -22,7 +22,7 @@ use crate::file::tree::Source;
 use crate::mesh::{Mesh, MeshError, MeshOptions, edge_ends, is_solid, own_spacing, subdivided};
 use glam::DVec3;
 use msd_core::{Body, Lattice, Material, Neighbours, Pin, Scene, Spring};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// A scene file at a part of its spacing.
 pub(crate) struct Refined {
@@ -226,8 +226,7 @@ fn pins(
         }
         rows.push(pin.clone());
     }
-    let guided: BTreeSet<usize> =
-        coarse.guides.iter().flat_map(|guide| &guide.held).map(|&(particle, _)| particle).collect();
+    let guided = coarse.guided();
     let steady = |pin: &&Pin| !guided.contains(&pin.particle);
     for (number, (body, nesting)) in coarse.bodies.iter().zip(nestings).enumerate() {
         let pins = coarse.pins.iter().filter(steady);

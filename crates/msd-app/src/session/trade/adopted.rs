@@ -1,7 +1,7 @@
 //! The setting that the trade has chosen last, tried from the state that the run was in then.
 
 use super::CALM;
-use super::subject::{Now, StudyFrom, subject};
+use super::subject::{Now, subject_here};
 use super::task::SoundnessTask;
 use super::worker::Worker;
 use msd_run::Runner;
@@ -44,8 +44,7 @@ impl Adopted {
             Trial::Waiting(age) => {
                 *age += real.max(0.0);
                 if CALM <= *age {
-                    let scene = subject(runner, scene, StudyFrom::Here)
-                        .map(|scene| scene.from_time(runner.time()));
+                    let scene = subject_here(runner, scene);
                     self.trial = scene.map_or(Trial::Done, |scene| {
                         Trial::Begun(Worker::start(SoundnessTask(scene, self.choice)))
                     });

@@ -1,6 +1,6 @@
 //! A search for one setting in the background, as `msd tune` makes it.
 
-use super::subject::{StudyFrom, subject};
+use super::subject::subject_here;
 use super::task::{RetryTask, SearchTask};
 use super::worker::Worker;
 use super::{Trade, choice_of};
@@ -182,13 +182,12 @@ impl Session {
         };
         let Some(next) = search.next() else { return };
         if let Next::Retry(tuned) = &next
-            && let Some(scene) = subject(self.run.runner(), scene, StudyFrom::Here)
+            && let Some(scene) = subject_here(self.run.runner(), scene)
         {
             let study = report.and_then(|report| report.found);
             let now = choice_of(self.run.runner());
             let mut trials = study.iter().flat_map(|study| &study.trials);
             let present = trials.find(|trial| now == Some(trial.choice));
-            let scene = scene.from_time(self.run.runner().time());
             let task = RetryTask::new(scene, tuned, present);
             return search.retrial = Some(Worker::start(task));
         }

@@ -1,7 +1,7 @@
 //! The scene that a study in the background is about.
 
 use glam::DVec3;
-use msd_core::{Friction, Pin, Plane, Scene, Settings, Spring};
+use msd_core::{Friction, Plane, Scene, Settings, Spring};
 use msd_run::Runner;
 use msd_scene::{Loaded, Precision};
 
@@ -40,6 +40,11 @@ pub(super) fn subject(runner: &Runner, (loaded, force): Now<'_>, from: StudyFrom
         }
     }
     Some(scene)
+}
+
+/// The same at the present state, for a run that starts at time 0.
+pub(super) fn subject_here(runner: &Runner, now: Now<'_>) -> Option<Scene> {
+    subject(runner, now, StudyFrom::Here).map(|scene| scene.from_time(runner.time()))
 }
 
 /// The same to be studied.
@@ -97,10 +102,8 @@ pub(super) fn is_same(a: &Scene, b: &Scene) -> bool {
     };
     let pins = |s: &Scene| {
         // A guide sets the velocities of its pins.
-        let is_guided = |pin: &&Pin| {
-            s.guides.iter().flat_map(|guide| &guide.held).any(|&(held, _)| held == pin.particle)
-        };
-        let free = s.pins.iter().filter(|pin| !is_guided(pin));
+        let guided = s.guided();
+        let free = s.pins.iter().filter(|pin| !guided.contains(&pin.particle));
         let mut pins: Vec<_> = free.map(|pin| (pin.particle, vector(pin.velocity))).collect();
         pins.sort_by_key(|pin| pin.0);
         pins

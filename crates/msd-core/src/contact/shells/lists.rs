@@ -63,13 +63,10 @@ pub(super) struct Candidates<R: Real> {
     around: Extent<R>,
     /// Whether each cluster, and each vertex, is one that may matter.
     are_due: [Vec<bool>; 2],
-    /// Where the corners of all clusters are, where they were at the last look, and the ways from
-    /// there, metres.
+    /// Where the corners of all clusters are, and where they were at the last look, metres.
     pub(super) corners: Vec<R::Vec3>,
     before: Vec<R::Vec3>,
-    ways: Vec<R::Vec3>,
-    /// The boxes around the ways of each cluster, and around its features.
-    moved: Vec<Extent<R>>,
+    /// A box for each cluster: around its way since the last look, or around its features.
     boxes: Vec<Extent<R>>,
     search: FeatureSearch<R>,
 }
@@ -175,13 +172,14 @@ impl<R: Real> Candidates<R> {
     fn wear_out(&mut self, shells: &Shells, positions: &[R]) {
         core::mem::swap(&mut self.corners, &mut self.before);
         self.read_corners(shells, positions);
-        let Candidates { clusters, corners, before, ways, moved, pairs, .. } = self;
-        ways.clear();
-        ways.extend(corners.iter().zip(&*before).map(|(&now, &before)| now - before));
-        moved.clear();
-        moved.extend(clusters.rows.iter().map(|cluster| cluster.extent::<R>(ways)));
+        let Candidates { clusters, corners, before, boxes, pairs, .. } = self;
+        boxes.clear();
+        boxes.extend(clusters.rows.iter().map(|cluster| {
+            let [now, before] = [&*corners, &*before].map(|all| &all[cluster.corners.clone()]);
+            Extent::around(now.iter().zip(before).map(|(&now, &before)| now - before))
+        }));
         for pair in pairs {
-            let [own, other] = pair.clusters.map(|cluster| moved[cluster as usize]);
+            let [own, other] = pair.clusters.map(|cluster| boxes[cluster as usize]);
             pair.worn += own.with(other).diagonal().sqrt().to_f64();
         }
     }
@@ -352,9 +350,9 @@ impl Cluster {
         shells.shell_of(self.vertices[0].number)
     }
 
-    /// The box around vectors of its corners, of those of all clusters.
-    pub(super) fn extent<R: Real>(&self, vectors: &[R::Vec3]) -> Extent<R> {
-        Extent::around(vectors[self.corners.clone()].iter().copied())
+    /// The box around its features, by the corners of all clusters.
+    pub(super) fn extent<R: Real>(&self, corners: &[R::Vec3]) -> Extent<R> {
+        Extent::around(corners[self.corners.clone()].iter().copied())
     }
 
     /// The length of its longest edge, metres.

@@ -12,9 +12,7 @@ use alloc::vec::Vec;
 /// between those that they have after the kick and those of what they touch.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Margins<R: Real> {
-    /// Those of the corners of all clusters after the kick.
-    velocities: Vec<R::Vec3>,
-    /// The boxes around those of each cluster.
+    /// Those after the kick.
     free: Vec<Extent<R>>,
     /// Those, and those of what touched the cluster in the last substep and of the obstacles that
     /// it may reach.
@@ -43,10 +41,10 @@ impl<R: Real> Margins<R> {
             let kick = vector::<R>(forces, place) * (at.inverse_masses[place] * length);
             vector::<R>(velocities, place) + kick
         };
-        self.velocities.clear();
-        self.velocities.extend(clusters.corners.iter().map(after));
+        let extent =
+            |of: &Cluster| Extent::around(clusters.corners[of.corners.clone()].iter().map(after));
         self.free.clear();
-        self.free.extend(clusters.rows.iter().map(|of| of.extent::<R>(&self.velocities)));
+        self.free.extend(clusters.rows.iter().map(extent));
         self.met.clear();
         self.met.extend_from_slice(&self.free);
         if !at.obstacles.is_empty() {
