@@ -17,6 +17,9 @@ struct Lanes {
     bits: u32,
 }
 
+/// The bits of all particles of a record.
+const ALL: u32 = (1 << LANES) - 1;
+
 impl Records {
     /// The records of particles, by where their numbers are in a column of vectors.
     pub(crate) fn new(at: impl Iterator<Item = u32>) -> Self {
@@ -61,8 +64,13 @@ impl<R: Real> Extent<R> {
         let (mut low, mut high) = ([most; 3], [least; 3]);
         for &Lanes { first, bits } in &records.0 {
             for part in (0..LANES).step_by(lanes) {
-                let counts = Pack::<S, R>::mask(simd, u64::from(bits) >> part & ((1 << lanes) - 1));
                 let here = of(first as usize, part);
+                if bits == ALL {
+                    low = zip(low, here, |a, b| a.min(b));
+                    high = zip(high, here, |a, b| a.max(b));
+                    continue;
+                }
+                let counts = Pack::<S, R>::mask(simd, u64::from(bits) >> part & ((1 << lanes) - 1));
                 low = zip(low, here, |a, b| Pack::select(counts, a.min(b), a));
                 high = zip(high, here, |a, b| Pack::select(counts, a.max(b), a));
             }

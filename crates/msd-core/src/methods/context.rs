@@ -203,6 +203,11 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.model
     }
 
+    /// Whether there is work for several threads.
+    pub(crate) fn is_shared(&self) -> bool {
+        self.model.springs.is_shared() || self.model.shells.are_shared()
+    }
+
     /// The number of substeps in the step.
     pub fn substeps(&self) -> u32 {
         self.settings.substeps
@@ -336,9 +341,13 @@ impl<'a, R: Real> StepContext<'a, R> {
 
     /// Finds the rows of shells before a kick of `length` seconds by the forces of the last
     /// evaluation, and a drift of a substep at the velocities after it; whether there are some.
-    pub(crate) fn find_rows(&mut self, length: R) -> bool {
+    /// `is_drift` where that drift, and it alone, moves particles in every substep.
+    pub(crate) fn find_rows(&mut self, length: R, is_drift: bool) -> bool {
         if !self.model.shells.do_meet() {
             return false;
+        }
+        if self.finished == 0 || !is_drift {
+            self.rows.lose_track();
         }
         self.lead();
         let (h, at) = (self.substep(), self.rows_at());

@@ -19,7 +19,7 @@ pub(crate) fn explicit_euler<R: Real>(step: &mut StepContext<'_, R>) {
     let h = step.substep();
     for _ in 0..step.substeps() {
         let (power, level) = (step.set_forces(step.time()), step.level);
-        if step.find_rows(h) {
+        if step.find_rows(h, false) {
             step.add_impulses();
             step.set_means(None);
         }
@@ -49,7 +49,7 @@ pub(crate) fn symplectic_euler<R: Real>(step: &mut StepContext<'_, R>) {
     let h = step.substep();
     for _ in 0..step.substeps() {
         let (power, level) = (step.set_forces(step.time()), step.level);
-        if step.find_rows(h) {
+        if step.find_rows(h, true) {
             kick_meet_drift(step, h);
         } else {
             for_each_share(step.pass(), |pass| at_level!(level, _simd => kick_drift(pass, h)));
@@ -123,7 +123,7 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
         let before = step.scratch.power;
         let given_before = step.scratch.power_of_pins;
         let lies = lie.unwrap_or_else(|| step.find(step.time(), Evaluated::AtEnd));
-        if step.find_rows(h * R::HALF) || lies {
+        if step.find_rows(h * R::HALF, true) || lies {
             kick_settle_drift(step, is_damped);
         } else if is_damped {
             let advance = |pass: Pass<'_, R, VERLET_COLUMNS>| {
@@ -298,7 +298,7 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
         let (time, length) = (step.time(), step.settings.substep());
         let mut energy = step.set_forces(time);
         let mut given = step.scratch.power_of_pins;
-        if step.find_rows(half) {
+        if step.find_rows(half, false) {
             step.add_impulses();
         }
         let lies = step.find(time, Evaluated::AtEnd);

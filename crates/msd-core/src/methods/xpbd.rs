@@ -125,7 +125,7 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
         }
     }
     // Velocities have had their kick.
-    let meets = step.find_rows(R::ZERO);
+    let meets = step.find_rows(R::ZERO, false);
     if meets {
         step.meet_shells(h);
     }
