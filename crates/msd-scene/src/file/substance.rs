@@ -89,14 +89,14 @@ pub(super) fn substance(
         }
     }
     let material = match &body.material {
-        Some(name) => Some(find(source, row, name)?),
+        Some(name) => Some(known(source, &format!("bodies[{row}].material"), name)?),
         None => None,
     };
     Keys { source, row, body, is_shell, material }.substance().map(Some)
 }
 
-/// The numbers of a material by its name.
-fn find(source: &Source<'_>, row: usize, name: &str) -> Result<Numbers, FileError> {
+/// The numbers of a material by its name, which a key gives.
+pub(crate) fn known(source: &Source<'_>, key: &str, name: &str) -> Result<Numbers, FileError> {
     if let Some(material) = named(name) {
         return Ok(material.numbers);
     }
@@ -110,7 +110,7 @@ fn find(source: &Source<'_>, row: usize, name: &str) -> Result<Numbers, FileErro
         None => format!("one of {}", names().collect::<Vec<_>>().join(", ")),
     };
     let value = format!("\"{}\"", crate::shown::tame(name));
-    Err(source.out_of_domain(format_args!("bodies[{row}].material"), value, expected))
+    Err(source.out_of_domain(format_args!("{key}"), value, expected))
 }
 
 impl Keys<'_> {

@@ -10,6 +10,7 @@ use crate::file::decode::decode;
 use crate::file::keys::Live;
 use crate::file::obstacles::short;
 use crate::file::schema::{BodyKey, BodyRow, Kind, SceneFile, TouchRow, VERSION, WithRow};
+use crate::file::substance::known;
 use crate::file::tree::{Assignment, Node, Source, Value};
 use msd_core::glam::DVec3;
 use msd_core::scene::{Between, Shell};
@@ -39,6 +40,7 @@ pub(crate) fn touch(
     };
     let rows: Vec<_> = bodies.iter().map(|body| body.touch.as_ref()).collect();
     scene.shells = shells(source, (&rows, &exempt), scene, notes)?;
+    meet_materials(source, bodies, scene, notes)?;
     Ok(())
 }
 
@@ -57,8 +59,13 @@ pub fn shells_of<'e>(
     };
     let rows = touch_rows(scene, edits)?;
     let rows: Vec<_> = rows.iter().map(Option::as_ref).collect();
-    let root = Node { value: Value::Nothing, offset: None };
-    shells(&Source::of(root, "contact"), (&rows, &exempt), scene, &mut Vec::new())
+    let source = Source::of(Node { value: Value::Nothing, offset: None }, "contact");
+    let mut each = rows.iter().enumerate().flat_map(|(row, touch)| entries(row, *touch));
+    if let Some((key, _)) = each.find(|(_, with)| with.material.is_some()) {
+        let reason = "counts in a scene file alone; name a `body`";
+        return Err(source.refuse(format_args!("{key}.material"), reason));
+    }
+    shells(&source, (&rows, &exempt), scene, &mut Vec::new())
 }
 
 /// How the bodies of a scene meet, as rows of a scene file, where some keys are set as in
@@ -97,7 +104,7 @@ fn written(scene: &Scene, row: usize) -> Option<TouchRow> {
         BodyKey::Number(scene.bodies.iter().position(is_of).unwrap_or(row) as u64)
     };
     let with = |&Between { shell, friction, restitution }: &Between| WithRow {
-        body: key(shell),
+        body: Some(key(shell)),
         friction,
         restitution,
         ..WithRow::default()
@@ -148,12 +155,79 @@ fn shells(
         }
     }
     for (row, touch) in touches.iter().enumerate() {
-        for (at, with) in touch.iter().flat_map(|touch| touch.with.iter().enumerate()) {
-            let key = format!("bodies[{row}].touch.with[{at}]");
-            notes.extend(add_between(source, (&key, row, with), (&rows, scene), &mut shells)?);
+        for (key, with) in entries(row, *touch) {
+            if let Some(body) = other_body(source, (&key, with))? {
+                let with = (&key[..], row, with, body);
+                notes.extend(add_between(source, with, (&rows, scene), &mut shells)?);
+            }
         }
     }
     Ok(shells)
+}
+
+/// The entries `with` of a body, each with its key.
+fn entries(row: usize, touch: Option<&TouchRow>) -> impl Iterator<Item = (String, &WithRow)> {
+    let with = touch.into_iter().flat_map(|touch| touch.with.iter().enumerate());
+    with.map(move |(at, with)| (format!("bodies[{row}].touch.with[{at}]"), with))
+}
+
+/// The body that an entry names; none where it names a material.
+fn other_body<'w>(
+    source: &Source<'_>,
+    (key, with): (&str, &'w WithRow),
+) -> Result<Option<&'w BodyKey>, FileError> {
+    let reason = match (&with.body, &with.material) {
+        (Some(body), None) => return Ok(Some(body)),
+        (None, Some(_)) => return Ok(None),
+        (Some(_), Some(_)) => "has both `body` and `material`; remove one of them",
+        (None, None) => "lacks the key `body` or `material`: whom the body meets so",
+    };
+    Err(source.refuse(format_args!("{key}"), reason))
+}
+
+/// Sets how bodies meet those of a material; what an entry says of a single body stands.
+fn meet_materials(
+    source: &Source<'_>,
+    bodies: &[BodyRow],
+    scene: &mut Scene,
+    notes: &mut Vec<String>,
+) -> Result<(), FileError> {
+    let each = bodies.iter().enumerate();
+    for (row, (key, with)) in each
+        .flat_map(|(row, body)| entries(row, body.touch.as_ref()).map(move |entry| (row, entry)))
+    {
+        let Some(material) = &with.material else { continue };
+        known(source, &format!("{key}.material"), material)?;
+        let [friction, restitution] = law_of(source, (&key, with))?;
+        let is_of = |&other: &usize| other != row && bodies[other].material == with.material;
+        let place = |body: usize| own(&scene.shells, scene, body).map(|(place, _)| place);
+        let Some(mine) = place(row) else { continue };
+        let others: Vec<usize> = (0..bodies.len()).filter(is_of).filter_map(place).collect();
+        if others.is_empty() {
+            let has = format!("no other body of \"{material}\" has a table `touch`");
+            notes.push(format!("{key} has no effect: {has}"));
+        }
+        for other in others {
+            let [first, last] = [mine.min(other), mine.max(other)];
+            let shell = &mut scene.shells[last];
+            let is_said = shell.between.iter().any(|between| between.shell == first);
+            if !is_said && !shell.ignored.contains(&first) {
+                shell.between.push(Between { shell: first, friction, restitution });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Friction and restitution of an entry.
+fn law_of(
+    source: &Source<'_>,
+    (key, with): (&str, &WithRow),
+) -> Result<[Option<f64>; 2], FileError> {
+    let number = |name: &str, value: Option<f64>| {
+        value.map(|value| source.number(format_args!("{key}.{name}"), value)).transpose()
+    };
+    Ok([number("friction", with.friction)?, number("restitution", with.restitution)?])
 }
 
 /// The thickness of a body, metres; notes where it follows from the radius of an older file.
@@ -304,18 +378,14 @@ fn superfluous(body: &str, touch: &TouchRow) -> Option<String> {
 /// Adds how a body meets another; a line where that has no effect.
 fn add_between(
     source: &Source<'_>,
-    (key, row, with): (&str, usize, &WithRow),
+    (key, row, with, body): (&str, usize, &WithRow, &BodyKey),
     (rows, scene): (&[Option<usize>], &Scene),
     shells: &mut [Shell],
 ) -> Result<Option<String>, FileError> {
     let of_body = format!("{key}.body");
     let refuse = |reason: &str| Err(source.refuse(format_args!("{of_body}"), reason));
-    let number = |name: &str, value: Option<f64>| {
-        value.map(|value| source.number(format_args!("{key}.{name}"), value)).transpose()
-    };
-    let friction = number("friction", with.friction)?;
-    let restitution = number("restitution", with.restitution)?;
-    let other = named(source, &of_body, &with.body, scene)?;
+    let [friction, restitution] = law_of(source, (key, with))?;
+    let other = named(source, &of_body, body, scene)?;
     let name = &scene.bodies[other].name;
     let (Some(a), Some(b)) = (rows[row], rows[other]) else {
         return Ok(Some(format!("{key} has no effect: \"{name}\" has no table `touch`")));

@@ -54,6 +54,51 @@ fn what_stands_between_two_bodies_is_said_by_either() {
     assert_eq!(notes, ["bodies[1].touch.with[0] has no effect: \"a\" has no table `touch`"]);
 }
 
+#[test]
+fn what_stands_between_a_body_and_those_of_a_material_is_said_once() {
+    let block = |name: &str, material: &str, touch: &str| {
+        format!(
+            "[[bodies]]\nkind = 'block'\nname = '{name}'\nsize = [3, 3, 3]\nspacing = 0.01\n\
+             material = '{material}'\ntouch = {{ {touch} }}\n"
+        )
+    };
+    let on_jelly = "with = [{ body = 'c', friction = 0.25 }, \
+                    { material = 'gelatine-7%', friction = 0.125, restitution = 0.5 }]";
+    let text = [
+        block("a", "gelatine-7%", ""),
+        block("plate", "natural-rubber", on_jelly),
+        block("b", "gelatine-7%", "ignore = ['plate']"),
+        block("c", "gelatine-7%", ""),
+        block("d", "gelatine-7%", ""),
+    ];
+    let loaded = load(&text.concat());
+    let of_entries = |notes: Vec<String>| {
+        notes.into_iter().filter(|note| note.contains("with[")).collect::<Vec<_>>()
+    };
+    assert_eq!(of_entries(loaded.notes), Vec::<String>::new());
+    let jelly = |shell, friction| Between { shell, friction: Some(friction), restitution: None };
+    let of_jelly = |shell| Between { restitution: Some(0.5), ..jelly(shell, 0.125) };
+    let between: Vec<_> = loaded.scene.shells.iter().map(|shell| &shell.between[..]).collect();
+    let of_plate = [of_jelly(0)];
+    assert_eq!(between, [&[][..], &of_plate, &[], &[jelly(1, 0.25)], &[of_jelly(1)]]);
+    let of = |with: &str| {
+        let text = block("a", "gelatine-7%", &format!("with = [{with}]"));
+        parse(&format!("version = 1\n{text}"), SceneFormat::Toml, "s.toml")
+    };
+    for (with, words) in [
+        ("{ material = 'gelatin-7%' }", "with[0].material is \"gelatin-7%\"; it must be the name"),
+        ("{ friction = 1 }", "bodies[0].touch.with[0] lacks the key `body` or `material`"),
+        ("{ body = 0, material = 'gelatine-7%' }", "with[0] has both `body` and `material`"),
+    ] {
+        let error = of(with).expect_err(words).to_string();
+        assert!(error.contains(words), "{error}");
+    }
+    let notes = of("{ material = 'steel' }").expect("a scene").notes;
+    let lacks = "no other body of \"steel\" has a table `touch`";
+    let note = format!("bodies[0].touch.with[0] has no effect: {lacks}");
+    assert_eq!(of_entries(notes), [note]);
+}
+
 /// Lines after those of a rope of three particles, and what is told; ` ... ` stands for any text.
 const REFUSED: [(&str, &str); 15] = [
     ("touch = { radius = 0 }", "bodies[0].touch.radius is 0; it must be positive and at most 1e12"),

@@ -175,7 +175,7 @@ impl Session {
 /// How two bodies meet, in the row of the later one.
 fn pair(rows: &mut [Option<TouchRow>], pair: [usize; 2]) -> Option<&mut WithRow> {
     let [first, last] = [pair[0].min(pair[1]), pair[0].max(pair[1])];
-    let body = BodyKey::Number(first as u64);
+    let body = Some(BodyKey::Number(first as u64));
     let with = &mut rows.get_mut(last)?.as_mut()?.with;
     if !with.iter().any(|row| row.body == body) {
         with.push(WithRow { body: body.clone(), ..WithRow::default() });

@@ -23,7 +23,7 @@ rows! {
         obstacles: Option<bool> = "`false`",
         /// Bodies that it passes through, by name or number.
         ignore: Vec<BodyKey> = "none" { domain: Domain::Words("list of names or numbers") },
-        /// How it meets single other bodies: see [`with`](#with-of-touch).
+        /// How it meets single other bodies, or those of a material: see [`with`](#with-of-touch).
         with: Vec<WithRow> = "none",
         /// Of older files: read as `thickness`, at most 0.4 of the spacing, with a note.
         radius: Option<f64> = "none" { unit: "m", domain: LENGTH, scale: Scale::LENGTH },
@@ -35,10 +35,14 @@ rows! {
         triangles: Option<bool> = "none",
     }
 
-    /// How a body meets another.
+    /// How a body meets another, or all others of a material.
     WithRow {
         /// Name or number of the other body, which has a table `touch` as well.
-        body: BodyKey { domain: Domain::Words("a body") },
+        body: Option<BodyKey> = "none: `material` says which" { domain: Domain::Words("a body") },
+        /// Name of a material: all other bodies of it that have a table `touch` as well, but those
+        /// that an entry of the pair names.
+        material: Option<String> = "none: `body` says which"
+            { domain: Domain::Words("a name of [materials.md](materials.md)") },
         /// Coulomb's coefficient of friction of the two.
         friction: Option<f64> = "the root of the product" { domain: Domain::Factor },
         /// Coefficient of restitution of the two.
