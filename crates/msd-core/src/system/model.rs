@@ -206,11 +206,11 @@ impl<R: Real> Model<R> {
         pins.any(|&at| columns::vector::<R>(velocities, at) != R::Vec3::ZERO)
     }
 
-    /// The kinetic energy of guided particles, joules.
-    pub(crate) fn energy_of_guides(&self, velocities: &[R]) -> f64 {
-        let energies = self.guides.guided().map(|particle| {
-            let velocity = columns::vector::<R>(velocities, self.slots.at(particle)).to_f64();
-            0.5 * self.masses[particle].to_f64() * velocity.dot(velocity)
+    /// The kinetic energy of pins, joules.
+    pub(crate) fn energy_of_pins(&self, velocities: &[R]) -> f64 {
+        let energies = self.pins.iter().map(|&at| {
+            let velocity = columns::vector::<R>(velocities, at).to_f64();
+            0.5 * self.mass_column[single(at)].to_f64() * velocity.dot(velocity)
         });
         energies.sum()
     }
