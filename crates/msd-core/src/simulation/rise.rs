@@ -30,9 +30,12 @@ impl<R: Real> Simulation<R> {
         }
         let [before, after] =
             [&self.good, &self.state].map(|state| energy::kinetic(&self.model, state));
+        // The step is not counted yet.
+        let end = self.time() + self.settings.step;
         // A body that is pressed together slows down while the error grows in its springs, and
         // contact takes what has appeared within the same step.
-        if (after - before).abs() + done.counted.abs() <= before * CHANGE || self.is_handled() {
+        let is_calm = (after - before).abs() + done.counted.abs() <= before * CHANGE;
+        if is_calm || self.is_handled_until(end) {
             return false;
         }
         let at = (self.time(), self.settings.substep());

@@ -209,6 +209,17 @@ fn a_pin_that_jumps_within_four_substeps_is_in_no_account() {
 }
 
 #[test]
+fn a_step_in_which_a_pin_jumps_is_not_refused_for_the_energy_that_it_gives() {
+    let mut scene = hung(2000.0, G);
+    let Lead::Path { keys, .. } = &mut scene.guides[0].lead else { panic!("a path") };
+    // Half of a substep: no method sees it move.
+    keys[0].time = 1.0 / 512.0;
+    let mut simulation = start::<f64>(&scene, Integrator::VelocityVerlet, 4);
+    assert!(simulation.step_unless_passing().unwrap() && simulation.is_handled());
+    assert_eq!(simulation.given(), 0.0);
+}
+
+#[test]
 fn who_pins_a_particle_that_flies_takes_its_energy_and_who_moves_it_gives_it() {
     let mut scene = hung(100.0, 0.0);
     (scene.guides, scene.springs) = (Vec::new(), Vec::new());
