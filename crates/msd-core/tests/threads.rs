@@ -1,10 +1,10 @@
 //! Bit reproducibility of large systems on any number of threads.
 #![cfg(feature = "parallel")]
 
-use msd_core::glam::DVec3;
+use msd_core::glam::{DMat3, DVec3};
 use msd_core::{
-    Bend, Friction, Integrator, Material, Particle, Pin, Plane, Scene, Settings, Shell, Simulation,
-    Spring, shape, state_hash,
+    Bend, Friction, Guide, Integrator, KeyFrame, Lead, Material, Particle, Pin, Plane, Scene,
+    Settings, Shell, Simulation, Spring, shape, state_hash,
 };
 use rayon::ThreadPoolBuilder;
 
@@ -41,6 +41,12 @@ fn scenes() -> [(Scene, usize); 4] {
         let mut scene = Scene::of("body", part);
         scene.world.drag = 0.01;
         scene.pins = vec![Pin { particle: 0, velocity: DVec3::ZERO }];
+        let turn = DMat3::from_rotation_z(0.3);
+        let start = scene.particles[7].position;
+        let keys = vec![KeyFrame { time: 0.02, position: start + DVec3::Y, axes: turn }];
+        let lead = Lead::Path { since: 0.0, position: start, velocity: DVec3::ZERO, keys };
+        let held = (7..40).map(|at| (at, scene.particles[at].position - start)).collect();
+        scene.guides = vec![Guide { held, lead, until: Some(0.04) }];
         let friction = Friction::Coulomb(0.3);
         scene.planes = vec![Plane { normal: DVec3::Y, offset: -0.01, restitution: 0.5, friction }];
         // Ends at the two sides of the body: extras.

@@ -13,7 +13,7 @@ const STRETCH: f64 = 1e-3;
 /// What rounding does to the coordinates of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rounding {
-    /// The largest coordinate, metres.
+    /// The largest coordinate at the start, and of key frames of pins, metres.
     pub distance: f64,
     /// The distance of neighbouring numbers there, metres.
     pub spacing: f64,
@@ -32,7 +32,9 @@ impl Rounding {
             Precision::F64 => f64::EPSILON,
         };
         let coordinates = scene.particles.iter().map(|p| p.position.abs().max_element());
-        let distance = coordinates.fold(0.0, f64::max);
+        let keys = scene.guides.iter().flat_map(|guide| guide.keys(&scene.solids));
+        let ways = keys.map(|key| key.position.abs().max_element());
+        let distance = coordinates.chain(ways).fold(0.0, f64::max);
         let spacing = epsilon * distance;
         let mut lows_and_highs = scene.particles.iter().map(|p| (p.position, p.position));
         let first = lows_and_highs.next().unwrap_or_default();
@@ -92,6 +94,14 @@ mod tests {
         assert!(Rounding::of(&block(1e4), Precision::F32).shows());
         assert!(!Rounding::of(&block(1e6), Precision::F64).shows());
         assert!(!Rounding::of(&Scene::default(), Precision::F32).shows());
+        let mut pulled_away = block(1.0);
+        let axes = msd_core::glam::DMat3::IDENTITY;
+        let keys = vec![msd_core::KeyFrame { time: 1.0, position: DVec3::Y * 1e4, axes }];
+        let (position, velocity) = (DVec3::ZERO, DVec3::ZERO);
+        let lead = msd_core::Lead::Path { since: 0.0, position, velocity, keys };
+        let held = vec![(0, DVec3::ZERO)];
+        pulled_away.guides = vec![msd_core::Guide { held, lead, until: None }];
+        assert!(Rounding::of(&pulled_away, Precision::F32).shows());
         let mut at_rest = block(1.0);
         at_rest.world.gravity = DVec3::ZERO;
         assert!(!Rounding::of(&at_rest, Precision::F32).shows());

@@ -34,6 +34,17 @@ impl<'a> Route<'a> {
     fn steady_middle(&self, time: f64) -> DVec3 {
         self.position + self.velocity * (time - self.since)
     }
+
+    /// Whether it moves from one key frame to another in less than so many seconds, at any of the
+    /// times between two, seconds.
+    pub(crate) fn jumps(&self, [from, to]: [f64; 2], shortest: f64) -> bool {
+        (0..self.keys.len()).any(|index| {
+            let [start, end] = [index, index + 1].map(|index| Frame::of(self, index));
+            let is_now = from < end.time && start.time < to;
+            let moves = start.position != end.position || start.axes != end.axes;
+            is_now && moves && end.time - start.time < shortest
+        })
+    }
 }
 
 /// Where a solid is and how it moves.

@@ -217,6 +217,16 @@ pub struct Guide {
     pub until: Option<f64>,
 }
 
+impl Guide {
+    /// The key frames of the motion that leads it, in a scene with these solids.
+    pub fn keys<'a>(&'a self, solids: &'a [Solid]) -> &'a [KeyFrame] {
+        match &self.lead {
+            Lead::Solid(solid) => &solids[*solid].keys,
+            Lead::Path { keys, .. } => keys,
+        }
+    }
+}
+
 /// The motion that leads pinned particles.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

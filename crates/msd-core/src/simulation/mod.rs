@@ -199,7 +199,7 @@ impl<R: Real> Simulation<R> {
         }
         let mut done = step.done;
         let [before, after] =
-            [&self.good, &self.state].map(|state| self.model.energy_of_guides(&state.velocities));
+            [&self.good, &self.state].map(|state| self.model.energy_of_pins(&state.velocities));
         done.drive(after - before);
         if is_refused(done) || !may_pass && self.has_risen(&done) {
             self.go_back();

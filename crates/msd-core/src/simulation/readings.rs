@@ -17,14 +17,18 @@ use core::ops::Range;
 use glam::DVec3;
 
 impl<R: Real> Simulation<R> {
-    /// Whether user input does work: by a grab, a push or a moving pin.
+    /// Whether work is done that is in no account: by a grab, by a push, or by a pin that went from
+    /// one key frame to another within a few substeps of the last step.
     pub fn is_handled(&self) -> bool {
-        let pinned = |(&w, at): (&R, usize)| {
-            let moves = || self.state.get(at).1 != Default::default();
-            w == R::ZERO && moves()
-        };
-        let mut rows = self.model.inverse_masses.iter().zip(self.model.slots.places());
-        !self.model.grabs.0.is_empty() || !self.model.pushes.0.is_empty() || rows.any(pinned)
+        self.is_handled_until(self.time())
+    }
+
+    /// The same of the step that ends at a time, seconds.
+    pub(super) fn is_handled_until(&self, time: f64) -> bool {
+        let lengths = [self.settings.step, self.settings.substep()];
+        !self.model.grabs.0.is_empty()
+            || !self.model.pushes.0.is_empty()
+            || self.model.guides.jump(self.model.solids(), time, lengths)
     }
 
     /// The work of the steps of an adaptive method since it was chosen; `None` for others.

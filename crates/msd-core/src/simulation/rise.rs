@@ -20,8 +20,8 @@ const RISE: f64 = 0.1;
 
 impl<R: Real> Simulation<R> {
     /// Whether the step since the last good state has raised the energy by so much that it must
-    /// have been too long. Not asked where something else may supply energy, nor of methods that
-    /// have no limit or always add some.
+    /// have been too long. Not asked where energy may come that is in no account, nor of methods
+    /// that have no limit or always add some.
     pub(super) fn has_risen(&self, done: &Done) -> bool {
         use Integrator::{Rk4, SymplecticEuler, VelocityVerlet};
         let is_limited = matches!(self.settings.integrator, SymplecticEuler | VelocityVerlet | Rk4);
@@ -30,9 +30,12 @@ impl<R: Real> Simulation<R> {
         }
         let [before, after] =
             [&self.good, &self.state].map(|state| energy::kinetic(&self.model, state));
+        // The step is not counted yet.
+        let end = self.time() + self.settings.step;
         // A body that is pressed together slows down while the error grows in its springs, and
         // contact takes what has appeared within the same step.
-        if (after - before).abs() + done.counted.abs() <= before * CHANGE || self.is_handled() {
+        let is_calm = (after - before).abs() + done.counted.abs() <= before * CHANGE;
+        if is_calm || self.is_handled_until(end) {
             return false;
         }
         let at = (self.time(), self.settings.substep());

@@ -178,9 +178,9 @@ struct Window {
 impl Witness {
     /// Looks at a simulation, after every step or now and then, and returns its energy.
     ///
-    /// While user input does work (a grab, a push, a moving pin) the detector starts anew. Changes
-    /// between two steps, by an interaction or [`Simulation::set_state`], are for the caller to
-    /// report: see [`Witness::restart`].
+    /// While work is done that is in no account, see [`Simulation::is_handled`], the detector
+    /// starts anew. Changes between two steps, by an interaction or [`Simulation::set_state`], are
+    /// for the caller to report: see [`Witness::restart`].
     pub fn watch<R: Real>(&mut self, simulation: &Simulation<R>) -> Energy {
         let (energy, rounding) = simulation.energy_and_rounding();
         if simulation.is_handled() {

@@ -24,7 +24,7 @@ use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::{Obstacles, PlaneColumn};
 use crate::scene::check::check_scene;
-use crate::scene::{Air, Body, Particle, Scene, Shell, Solid};
+use crate::scene::{Air, Body, Guide, Particle, Scene, Shell, Solid};
 use alloc::vec::Vec;
 use fearless_simd::Level;
 use glam::DVec3;
@@ -151,18 +151,16 @@ impl<R: Real> Model<R> {
 
     /// Updates the columns for changed masses, pins and fields.
     pub(crate) fn renew_masses(&mut self) {
+        self.pins.clear();
         let rows = self.slots.places().zip(self.masses.iter().zip(&self.inverse_masses));
         for (at, (&mass, &inverse_mass)) in rows {
             self.mass_column[single(at)] = mass;
+            self.pins.extend((inverse_mass == R::ZERO && mass != R::ZERO).then_some(at));
             for axis in 0..3 {
                 self.inverse_mass_column[at + axis * LANES] = inverse_mass;
             }
         }
         self.fields.weigh(&self.mass_column);
-        let rows = self.masses.iter().zip(&self.inverse_masses);
-        let is_pin = |(mass, inverse): (&R, &R)| *inverse == R::ZERO && *mass != R::ZERO;
-        let pins = self.slots.places().zip(rows).filter(|&(_, row)| is_pin(row));
-        self.pins = pins.map(|(at, _)| at).collect();
     }
 
     /// Pins the particles of the guides that guide at a time of steps of this length, seconds, and
@@ -189,8 +187,7 @@ impl<R: Real> Model<R> {
         self.guides.place((&self.obstacles.solids, &self.slots), time, columns);
     }
 
-    /// Gives guided particles their mean velocities in a substep that ends at a time and lasts so
-    /// long, seconds.
+    /// Gives guided particles their mean velocities in a substep of h seconds up to a time.
     pub(crate) fn lead(&self, (time, h): (f64, f64), state: &mut Columns<R>) {
         self.guides.lead((&self.obstacles.solids, &self.slots), (time, h), state);
     }
@@ -202,17 +199,16 @@ impl<R: Real> Model<R> {
 
     /// Whether any pin moves at these velocities.
     pub(crate) fn do_pins_move(&self, velocities: &[R]) -> bool {
-        let mut pins = self.pins.iter();
-        pins.any(|&at| columns::vector::<R>(velocities, at) != R::Vec3::ZERO)
+        self.pins.iter().any(|&at| columns::vector::<R>(velocities, at) != R::Vec3::ZERO)
     }
 
-    /// The kinetic energy of guided particles, joules.
-    pub(crate) fn energy_of_guides(&self, velocities: &[R]) -> f64 {
-        let energies = self.guides.guided().map(|particle| {
-            let velocity = columns::vector::<R>(velocities, self.slots.at(particle)).to_f64();
-            0.5 * self.masses[particle].to_f64() * velocity.dot(velocity)
-        });
-        energies.sum()
+    /// The kinetic energy of pins, joules.
+    pub(crate) fn energy_of_pins(&self, velocities: &[R]) -> f64 {
+        let energy = |&at: &usize| {
+            let velocity = columns::vector::<R>(velocities, at).to_f64();
+            0.5 * self.mass_column[single(at)].to_f64() * velocity.dot(velocity)
+        };
+        self.pins.iter().map(energy).sum()
     }
 
     /// The kinds of elements that only join particles to each other, in the order of their sums:
@@ -539,6 +535,11 @@ impl<R: Real> Model<R> {
     /// All obstacles, the planes first.
     pub fn obstacles(&self) -> &Obstacles<R> {
         &self.obstacles
+    }
+
+    /// What guides pinned particles now.
+    pub fn guides(&self) -> impl Iterator<Item = &Guide> {
+        self.guides.0.iter().filter(|(_, guides)| *guides).map(|(guide, _)| guide)
     }
 
     /// The active grabs.

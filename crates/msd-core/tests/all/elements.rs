@@ -490,5 +490,5 @@ fn a_plane_that_would_push_a_particle_out_of_the_world_is_refused_and_nothing_is
     pair.remove_particle(0).expect("it keeps its number");
     pair.step().expect("a calm run");
     assert_eq!(pair.velocity(0), DVec3::ZERO);
-    assert!(!pair.is_handled());
+    assert_eq!(pair.given(), 0.0);
 }

@@ -4,7 +4,7 @@ use crate::common::weightless;
 use msd_core::glam::{DMat3, DVec3};
 use msd_core::{
     Guide, Instructions, Integrator, Interaction, KeyFrame, Lead, Particle, Real, Scene, Settings,
-    Shape, Simulation, Solid, Spring, Vector,
+    Shape, Simulation, Solid, Spring, Vector, Witness,
 };
 
 const G: f64 = 9.82;
@@ -162,6 +162,77 @@ fn the_work_of_a_steady_pin_is_supplied() {
     let after = simulation.energy();
     assert!(after.mechanical() - before.mechanical() > 9.0);
     assert!((after.total() - before.total()).abs() < 1e-6);
+}
+
+/// The drift detector after a second of a run.
+fn watched(scene: &Scene, integrator: Integrator, substeps: u32) -> Witness {
+    let mut simulation = start::<f32>(scene, integrator, substeps);
+    let mut witness = Witness::default();
+    for _ in 0..64 {
+        witness.watch(&simulation);
+        simulation.step().unwrap();
+    }
+    witness
+}
+
+#[test]
+fn energy_that_a_method_adds_is_seen_while_a_pin_moves() {
+    for integrator in Integrator::ALL {
+        // h w is 0.23: explicit Euler adds h² w² of the swing in each of 128 substeps, which makes
+        // it a thousand times as large, some joules.
+        let seen = watched(&hung(900.0, G), integrator, 2);
+        let is_euler = integrator == Integrator::ExplicitEuler;
+        let damps = matches!(integrator, Integrator::BackwardEuler | Integrator::Xpbd);
+        assert_eq!(0.0 < seen.gain().max(seen.surplus()), is_euler, "{integrator}: {seen:?}");
+        assert!(damps || is_euler || seen.loss() == 0.0, "{integrator}: {seen:?}");
+    }
+}
+
+#[test]
+fn a_pin_that_jumps_within_four_substeps_is_in_no_account() {
+    let mut scene = hung(100.0, G);
+    let Lead::Path { keys, .. } = &mut scene.guides[0].lead else { panic!("a path") };
+    // A substep is a 256th of a second: 5 of them, then 3, then 3 at rest.
+    let place = |time: f64, y: f64| KeyFrame {
+        time: time / 256.0,
+        position: DVec3::Y * y,
+        axes: DMat3::IDENTITY,
+    };
+    *keys = vec![place(5.0, 0.1), place(8.0, 0.2), place(11.0, 0.2)];
+    let mut simulation = start::<f64>(&scene, Integrator::VelocityVerlet, 4);
+    let mut handled = Vec::new();
+    for _ in 0..4 {
+        simulation.step().unwrap();
+        handled.push(simulation.is_handled());
+    }
+    assert_eq!(handled, [false, true, false, false]);
+}
+
+#[test]
+fn a_step_in_which_a_pin_jumps_is_not_refused_for_the_energy_that_it_gives() {
+    let mut scene = hung(2000.0, G);
+    let Lead::Path { keys, .. } = &mut scene.guides[0].lead else { panic!("a path") };
+    // Half of a substep: no method sees it move.
+    keys[0].time = 1.0 / 512.0;
+    let mut simulation = start::<f64>(&scene, Integrator::VelocityVerlet, 4);
+    assert!(simulation.step_unless_passing().unwrap() && simulation.is_handled());
+    assert_eq!(simulation.given(), 0.0);
+}
+
+#[test]
+fn who_pins_a_particle_that_flies_takes_its_energy_and_who_moves_it_gives_it() {
+    let mut scene = hung(100.0, 0.0);
+    (scene.guides, scene.springs) = (Vec::new(), Vec::new());
+    scene.particles[1].velocity = DVec3::Y * 2.0;
+    let mut simulation = start::<f64>(&scene, Integrator::VelocityVerlet, 4);
+    for (speed, dissipated, supplied) in [(1.0, 1.5, 0.0), (3.0, 1.5, 4.0), (0.0, 6.0, 4.0)] {
+        let pin = Interaction::Pin { particle: 1, velocity: DVec3::X * speed };
+        simulation.queue(pin).unwrap();
+        simulation.step().unwrap();
+        let energy = simulation.energy();
+        assert_eq!((energy.dissipated, energy.supplied), (dissipated, supplied));
+        assert_eq!(energy.total(), 2.0);
+    }
 }
 
 /// A solid that turns about z a radian a second and moves, and a particle a metre from its middle.

@@ -35,7 +35,7 @@ pub struct Watch {
     springs: usize,
     /// Steps of the run at the last one that was noted.
     steps: u64,
-    /// Whether user input, such as a moving pin, did work.
+    /// Whether work was done that is in no account, as by user input.
     is_handled: bool,
     estimator: Estimator,
     /// After how many steps the limit is predicted again, and crossings are counted again.
@@ -196,7 +196,7 @@ impl Watch {
         &self.read
     }
 
-    /// Whether user input, such as a moving pin, did work.
+    /// Whether work was done that is in no account, as by user input.
     pub fn is_handled(&self) -> bool {
         self.is_handled
     }

@@ -3,8 +3,9 @@
 use crate::{Runner, on};
 use msd_core::glam::DVec3;
 use msd_core::obstacles::Placed;
-use msd_core::{Model, Real, Shape, Solid, Vector};
+use msd_core::{Lead, Model, Real, Shape, Solid, Vector};
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 /// How deep in a solid a triangle is pierced, in thicknesses: half of one is the middle. Less deep
 /// are triangles that cut an edge of a solid off.
@@ -72,15 +73,27 @@ impl Piercing {
         let mut solids = model.solids().iter().enumerate().filter(|(_, solid)| is_pointed(solid));
         solids.find_map(|(number, solid)| {
             let approach = Approach::new(solid, self.since.0, time);
+            let anchors = anchors(model, number);
             let body = model.bodies().iter().position(|body| {
                 body.surface.particles().any(|particles| {
                     let corners = particles.map(|particle| particle as usize);
-                    approach.pierces(corners.map(|corner| [self.before[corner], now[corner]]))
+                    let is_anchored = corners.iter().any(|corner| anchors.contains(corner));
+                    !is_anchored
+                        && approach
+                            .pierces(corners.map(|corner| [self.before[corner], now[corner]]))
                 })
             });
             body.map(|body| Pierced { solid: number, body, time })
         })
     }
+}
+
+/// The particles that are pinned inside a solid and follow it.
+fn anchors<R: Real>(model: &Model<R>, solid: usize) -> BTreeSet<usize> {
+    let shape = &model.solids()[solid].shape;
+    let followers = model.guides().filter(|guide| guide.lead == Lead::Solid(solid));
+    let held = followers.flat_map(|guide| &guide.held);
+    held.filter(|(_, place)| shape.gap(*place) < 0.0).map(|&(particle, _)| particle).collect()
 }
 
 /// Whether a solid can go through a surface: a half space is everywhere.

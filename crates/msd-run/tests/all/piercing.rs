@@ -176,3 +176,37 @@ fn a_run_that_goes_back_is_looked_at_anew() {
         assert_eq!(piercing.first(), None);
     }
 }
+
+/// A cloth hangs from a box in which its upper row is pinned, and which swings about z.
+fn held_inside(pin: &str) -> Option<Pierced> {
+    let mut runner = runner(&format!(
+        r#"version = 1
+        [[world.solids]]
+        kind = "box"
+        size = [1, 0.3, 0.3]
+        position = [0, 0.5, 0]
+        key_frames = [{{ time = 0.5, position = [0.3, 0.8, 0.2], rotation = {{ axis = [0, 0, 1],
+            angle_deg = 30 }} }}, {{ time = 1, position = [-0.2, 0.5, 0] }}]
+        [[bodies]]
+        kind = "cloth"
+        size = [9, 11]
+        spacing = 0.1
+        mass = 0.005
+        stiffness = 100
+        damping = 0.05
+        [[pins]]
+        set = "top"
+        {pin}
+        "#
+    ));
+    let mut piercing = Piercing::default();
+    watch(&mut runner, &mut piercing, 1.5);
+    piercing.first()
+}
+
+#[test]
+fn a_solid_that_holds_a_cloth_inside_has_not_gone_through_it() {
+    assert_eq!(held_inside("follow = 'box'"), None);
+    // Pinned at rest, where the box moves across it.
+    assert!(held_inside("").is_some());
+}

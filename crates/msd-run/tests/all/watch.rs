@@ -125,6 +125,30 @@ fn a_swing_of_a_mode_at_the_limit_is_no_rise() {
 }
 
 #[test]
+fn a_lift_is_no_finding_of_energy_and_explicit_euler_is_while_the_pins_move() {
+    let lifted = |integrator: &str, substeps: &str, steps: u32| {
+        let text = format!(
+            "version = 1\n[solver]\nintegrator = '{integrator}'\nsubsteps = {substeps}\n\
+             [[bodies]]\nkind = 'cloth'\nsize = [7, 7]\nspacing = 0.1\nmass = 0.02\n\
+             stiffness = 500\ndamping = 0.05\n[[pins]]\nset = 'top'\nkey_frames = [\
+             {{ time = 1, position = [0.5, 0.8, 0.3], rotation = {{ axis = [0, 1, 0], \
+             angle_deg = 60 }} }}, {{ time = 2, position = [0, 0.3, 0] }}]\n"
+        );
+        let (mut runner, mut watch) = watched(&text);
+        follow(&mut runner, &mut watch, steps);
+        assert!(!watch.is_handled());
+        watch.findings(&runner)
+    };
+    for integrator in ["symplectic-euler", "velocity-verlet", "implicit-midpoint"] {
+        assert_eq!(lifted(integrator, "'auto'", 100), [], "{integrator}");
+    }
+    assert_eq!(lifted("rk4", "16", 100), []);
+    // Before it leaves the world, after 89 steps.
+    let found = lifted("explicit-euler", "64", 85);
+    assert!(has(&found, |kind| matches!(kind, Kind::EnergyAdded)), "{found:?}");
+}
+
+#[test]
 fn the_worst_of_a_finding_that_stays_never_falls() {
     let (mut runner, mut watch) = watched(SPUN);
     let mut worst = 0.0;

@@ -73,8 +73,18 @@ fn two_sets_may_share_particles_that_follow_the_same_solid() {
     };
     let held = |loaded: Loaded| loaded.scene.guides.iter().map(|guide| guide.held.len()).sum();
     assert_eq!(both("follow = 'arm'").map(held), Ok(5));
-    let message = both("follow = 'arm'\nuntil = 1").unwrap_err();
-    assert!(message.contains("pins[1] and pins[0] hold the same particle"), "{message}");
+    for (second, why) in [
+        ("follow = 'arm'\nuntil = 1", "their `until` differs"),
+        ("velocity = [0, 1, 0]", "their `follow` differs"),
+        (
+            "key_frames = [{ time = 1 }]",
+            "sets on `key_frames` may not, as each turns about its own middle",
+        ),
+    ] {
+        let message = both(second).unwrap_err();
+        let said = "pins[1] and pins[0] hold the same particle, number 6 of the scene; ";
+        assert!(message.ends_with(&format!("{said}{why}")), "{message}");
+    }
 }
 
 #[test]
@@ -83,7 +93,8 @@ fn each_mistake_is_one_line_with_its_place_its_value_and_what_it_must_be() {
     for (pin, said) in [
         (
             "follow = 'leg'".to_string(),
-            "s.toml:14:10: pins[0].follow is \"leg\"; it must be the number or the name of a solid",
+            "s.toml:14:10: pins[0].follow is \"leg\"; it must be the number or the name of a \
+             solid: `arm`",
         ),
         (
             "follow = 'amr'".into(),

@@ -336,6 +336,9 @@ impl<'s> NamedSets<'s> {
     }
 }
 
+/// So many names at most are listed where a key has none of them.
+const FEW: usize = 8;
+
 /// The number of a row that a key calls by its number or its name, among rows of these names.
 fn numbered(
     source: &Source<'_>,
@@ -353,9 +356,13 @@ fn numbered(
         (Some(number), None) => return Ok(number),
         (Some(a), Some(b)) => format!("one name of one {one}: {many} {a} and {b} have this one"),
         (None, _) => {
-            let near = nearest(name, names.iter().copied());
-            let hint = near.map(|near| format!(": did you mean `{near}`?"));
-            format!("the number or the name of a {one}{}", hint.unwrap_or_default())
+            let hint = match nearest(name, names.iter().copied()) {
+                Some(near) => format!(": did you mean `{near}`?"),
+                None if names.is_empty() => format!("; there are no {many}"),
+                None if FEW < names.len() => String::new(),
+                None => format!(": `{}`", names.join("`, `")),
+            };
+            format!("the number or the name of a {one}{hint}")
         }
     };
     Err(source.out_of_domain(key, format!("\"{name}\""), expected))

@@ -35,13 +35,9 @@ pub(crate) fn pins(
                 held.push(particle);
                 continue;
             };
-            let motion =
-                |pin: &PinRow| (pin.velocity.unwrap_or_default(), pin.follow.clone(), pin.until);
-            let [one, two] = [pin, &rows[other]];
-            let are_alike = one.set.is_some() && two.set.is_some() && motion(one) == motion(two);
-            if !are_alike || one.key_frames.is_some() || two.key_frames.is_some() {
+            if let Some(why) = apart(pin, &rows[other]) {
                 let reason = format!(
-                    "and pins[{other}] hold the same particle, number {particle} of the scene"
+                    "and pins[{other}] hold the same particle, number {particle} of the scene{why}"
                 );
                 return Err(source.refuse(format_args!("{key}"), reason));
             }
@@ -62,6 +58,21 @@ pub(crate) fn pins(
         }
     }
     Ok((pins, guides))
+}
+
+/// Why two pins may not share particles, if they may not: sets may that move alike.
+fn apart(one: &PinRow, other: &PinRow) -> Option<&'static str> {
+    let speed = |pin: &PinRow| pin.velocity.unwrap_or_default();
+    match () {
+        () if one.set.is_none() || other.set.is_none() => Some(""),
+        () if one.key_frames.is_some() || other.key_frames.is_some() => {
+            Some("; sets on `key_frames` may not, as each turns about its own middle")
+        }
+        () if one.follow != other.follow => Some("; their `follow` differs"),
+        () if speed(one) != speed(other) => Some("; their `velocity` differs"),
+        () if one.until != other.until => Some("; their `until` differs"),
+        () => None,
+    }
 }
 
 /// What leads the particles of the pin at `key`; nothing where it is a velocity that never ends.
