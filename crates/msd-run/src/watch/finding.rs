@@ -115,7 +115,9 @@ impl Finding {
         use Kind::{Damped, EnergyAdded, EnergyLost, EnergyRisen, Squeezed, TooSoft};
         match (&self.kind, &other.kind) {
             (EnergyAdded, TooSoft { .. }) | (TooSoft { .. }, EnergyAdded) => {
-                self.worst < other.worst
+                // Of one gain, which was first less and then more than what the springs store.
+                let is_one = matches!(self.kind, EnergyAdded) && self.worst == other.worst;
+                self.worst < other.worst || is_one
             }
             (EnergyRisen, EnergyAdded | TooSoft { .. }) => true,
             (kind, Squeezed) => {
@@ -284,13 +286,12 @@ fn limit(read: &Readings) -> Found {
 /// more than the motion has given them, and looks like a gain.
 fn gained(read: &Readings, runner: &Runner) -> Found {
     let Settings { integrator, step, .. } = runner.settings();
-    let (gain, surplus) = (read.witness.gain(), read.witness.surplus());
-    let joules = if 0.0 < gain { gain } else { surplus };
-    let elastic = read.energy.map_or(0.0, |(energy, _)| energy.elastic);
-    if integrator == Integrator::Xpbd && 0.0 < joules && joules <= elastic {
+    let (gain, rise) = (read.witness.gain(), read.witness.rise());
+    let joules = if 0.0 < gain { gain } else { rise.max(read.witness.surplus()) };
+    if integrator == Integrator::Xpbd && 0.0 < joules && joules <= read.most_elastic {
         let needed = read.resolving.map(|longest| (step / longest).ceil());
         let needed = needed.filter(|needed| needed.is_finite()).map(|needed| needed as u32);
-        return Some((Kind::TooSoft { needed }, joules, 0.0 < gain));
+        return Some((Kind::TooSoft { needed }, joules, 0.0 < gain.max(rise)));
     }
     (0.0 < gain).then_some((Kind::EnergyAdded, gain, true))
 }

@@ -139,3 +139,15 @@ fn the_worst_of_a_finding_that_stays_never_falls() {
     }
     assert!(0.0 < worst);
 }
+
+/// Eight springs of 100 N/m to 1 MN/m meet at a particle; all move at 0.1 mm/s.
+const HUB: &str = include_str!("../scenes/hub.toml");
+
+#[test]
+fn what_xpbd_holds_too_softly_is_not_an_energy_that_it_adds() {
+    // Its springs swing: what they store at a moment may be less than what they gained before.
+    let (mut runner, mut watch) = watched(HUB);
+    follow(&mut runner, &mut watch, 60);
+    let found = watch.findings(&runner);
+    assert!(matches!(found[..], [Finding { kind: Kind::TooSoft { .. }, .. }]), "{found:?}");
+}
