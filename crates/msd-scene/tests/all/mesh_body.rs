@@ -231,6 +231,19 @@ fn closed_parts_that_touch_are_solids_of_their_own_and_counted() {
 }
 
 #[test]
+fn a_closed_part_that_is_there_twice_is_read_once() {
+    let once = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+    let faces = "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    // In other places of the file, in another order, and turned the other way.
+    let again = "o copy\nf 8 7 6\nf 5 6 7\nf 5 8 6\nf 5 7 8\n";
+    let text = format!("{once}o first\n{faces}{once}{again}");
+    let mesh = mesh::parse(text.as_bytes(), Format::Obj, "a.obj").expect("a mesh");
+    let report = mesh.report;
+    assert_eq!((report.triangles, report.duplicate, report.touching), (4, 4, 0), "{report}");
+    assert!(mesh.is_closed(), "{report}");
+}
+
+#[test]
 fn vertices_that_touching_parts_share_in_the_file_become_those_of_each() {
     // Two boxes that share the four vertices of the face between them.
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n\
