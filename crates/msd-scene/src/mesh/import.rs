@@ -129,7 +129,7 @@ impl core::fmt::Display for MeshReport {
         }
         write!(
             f,
-            "{} vertices, {} triangles, {} components, {closed}: {} open edges, {} edges with \
+            "{} vertices, {} triangles, {} component{}, {closed}: {} open edges, {} edges with \
              more than two faces",
             self.vertices,
             self.triangles,
@@ -166,6 +166,7 @@ pub fn read(path: &Path) -> Result<Mesh, MeshError> {
         if !below || address.contains(':') {
             let reason = format!("buffer '{address}' does not lie beside or below the file");
             return Err(malformed(&name, reason));
+            if self.components == 1 { "" } else { "s" },
         }
         read_bytes(&folder.join(relative), &format!("{name}: buffer '{address}'"))
     };
