@@ -94,6 +94,8 @@ pub struct MeshReport {
     /// Closed parts that go through another one, or are inside it and no void; not counted in
     /// meshes of more than 20 000 triangles.
     pub overlapping: usize,
+    /// Bytes of a binary STL file after the facets that its header announces, which are not read.
+    pub left_over: usize,
     /// Vertices left.
     pub vertices: usize,
     /// Triangles left.
@@ -137,6 +139,13 @@ impl core::fmt::Display for MeshReport {
                 "{} closed parts overlap another one; what they share counts twice in the volume, \
                  and in a mass by density",
                 self.overlapping
+            )?;
+        }
+        if 0 < self.left_over {
+            let (facets, bytes) = (self.triangles_read, self.left_over);
+            writeln!(
+                f,
+                "its header announces {facets} facets; {bytes} bytes after them are not read"
             )?;
         }
         write!(
@@ -227,6 +236,7 @@ fn parse_with(
         turned: clean.turned,
         touching: clean.touching,
         overlapping: overlapping(&clean.positions, &clean.triangles, &parts),
+        left_over: raw.left_over,
         vertices: clean.positions.len(),
         triangles: clean.triangles.len(),
         open_edges: edges(&sides).filter(|edge| edge.len() == 1).count(),

@@ -81,6 +81,9 @@ fn read_binary(bytes: &[u8]) -> Raw {
         let corners = facet[12..48].chunks_exact(12);
         raw.add_facet(corners.map(|at| [0, 4, 8].map(|i| number(&at[i..i + 4]))));
     }
+    // Less than a facet is what some programs add.
+    let left_over = bytes.len() - HEADER - count * FACET;
+    raw.left_over = if FACET <= left_over { left_over } else { 0 };
     raw
 }
 
