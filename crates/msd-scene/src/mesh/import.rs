@@ -4,6 +4,7 @@ use crate::mesh::clean::overlap::overlapping;
 use crate::mesh::clean::topology::{components, edges, sides};
 use crate::mesh::clean::weld::clean;
 use crate::mesh::error::{MeshError, malformed};
+use crate::mesh::foreign::foreign;
 use crate::mesh::raw::{Group, LONGEST, without_mark};
 use crate::mesh::read::{gltf_file, obj_file, ply_file, stl_file};
 use crate::shown::shown_path;
@@ -38,6 +39,16 @@ impl Format {
             "ply" => Some(Self::Ply),
             "gltf" | "glb" => Some(Self::Gltf),
             _ => None,
+        }
+    }
+
+    /// The ending of its files; that of text where there are two.
+    fn ending(self) -> &'static str {
+        match self {
+            Self::Obj => "obj",
+            Self::Stl => "stl",
+            Self::Ply => "ply",
+            Self::Gltf => "gltf",
         }
     }
 }
@@ -216,13 +227,17 @@ fn parse_with(
     name: &str,
     load: &gltf_file::Loader,
 ) -> Result<Mesh, MeshError> {
-    let mut raw = match format {
-        Format::Obj => obj_file::parse(without_mark(bytes), name)?,
-        Format::Stl => stl_file::parse(bytes, name)?,
-        Format::Ply => ply_file::parse(without_mark(bytes), name)?,
-        Format::Gltf => gltf_file::parse(without_mark(bytes), name, load)?,
+    let raw = match format {
+        Format::Obj => obj_file::parse(without_mark(bytes), name),
+        Format::Stl => stl_file::parse(bytes, name),
+        Format::Ply => ply_file::parse(without_mark(bytes), name),
+        Format::Gltf => gltf_file::parse(without_mark(bytes), name, load),
     };
-    let clean = clean(&mut raw, name)?;
+    let cleaned = raw.and_then(|mut raw| Ok((clean(&mut raw, name)?, raw)));
+    let (clean, raw) = cleaned.map_err(|error| match foreign(bytes, format.ending()) {
+        Some(reason) => malformed(name, reason),
+        None => error,
+    })?;
     let sides = sides(&clean.triangles);
     let (parts, count) = components(clean.positions.len(), &clean.triangles);
     let report = MeshReport {

@@ -1,6 +1,48 @@
 //! Files of other kinds than their names say, and slips that a file of a beginner has.
 
-use msd_scene::mesh::{self, Format::Stl};
+use msd_scene::mesh::{
+    self,
+    Format::{self, Gltf, Obj, Ply, Stl},
+};
+
+/// Meshes that are none, and what is said of them.
+const OTHERS: [(Format, &str, &str); 11] = [
+    (Obj, "<!DOCTYPE html><html></html>", "it is an HTML page, as servers send instead of a file"),
+    (Ply, "version https://git-lfs.github.com/spec/v1\n", "it is a Git LFS pointer, not the file"),
+    (Gltf, "PK\u{3}\u{4}", "it is a ZIP archive: unpack it"),
+    (Obj, "solid a\nfacet normal 0 0 1\n", "it is an STL file: end its name in .stl"),
+    (Obj, "ply\nformat ascii 1.0\n", "it is a PLY file: end its name in .ply"),
+    (Stl, "<?xml version=\"1.0\"?>", "it is XML: export it as glTF, OBJ, STL or PLY"),
+    (Ply, "v 0 0 0\n", "line 1: it does not begin with 'ply', as a PLY file does"),
+    (Obj, "v 0 0 0\nv 1 0 0\nl 1 2\n", "no faces found; points and lines alone make no body"),
+    (
+        Ply,
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float z\n\
+         end_header\n0 0\n",
+        "its vertices have no property y",
+    ),
+    (
+        Ply,
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
+         property float z\nelement tristrips 1\nproperty list int int vertex_indices\n\
+         end_header\n0 0 0\n3 0 0 0\n",
+        "its triangles are strips (element 'tristrips'), which msd does not read",
+    ),
+    (
+        Ply,
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
+         property float z\nend_header\n0 what 0\n",
+        "line 8: '0 what 0' cannot be read",
+    ),
+];
+
+#[test]
+fn a_file_of_another_kind_is_named_with_what_to_do() {
+    for (format, text, expected) in OTHERS {
+        let message = mesh::parse(text.as_bytes(), format, "a").unwrap_err().to_string();
+        assert!(message.starts_with(&format!("a: {expected}")), "{message}\n{expected}");
+    }
+}
 
 /// A binary STL of four facets, whose header announces so many.
 fn binary_stl(announced: u32) -> Vec<u8> {
@@ -26,4 +68,7 @@ fn bytes_after_the_facets_of_an_stl_file_are_reported_where_they_may_be_facets()
     assert_eq!(left_over(&binary_stl(4)), (0, false));
     let padded = [binary_stl(4), vec![0; 17]].concat();
     assert_eq!(left_over(&padded), (0, false));
+    let error = mesh::parse(b"v 0 0 0\n".repeat(20).as_slice(), Stl, "a.stl").unwrap_err();
+    let expected = "a.stl: it is text that does not begin with 'solid', as an STL file does";
+    assert_eq!(error.to_string(), expected);
 }
