@@ -72,3 +72,9 @@ fn bytes_after_the_facets_of_an_stl_file_are_reported_where_they_may_be_facets()
     let expected = "a.stl: it is text that does not begin with 'solid', as an STL file does";
     assert_eq!(error.to_string(), expected);
 }
+
+#[test]
+fn an_obj_file_may_end_its_lines_in_carriage_returns() {
+    let mesh = mesh::parse(b"v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\r", Obj, "a.obj");
+    assert_eq!(mesh.expect("a face").triangles.len(), 1);
+}
