@@ -4,6 +4,7 @@ use msd_scene::mesh::{
     self,
     Format::{self, Gltf, Obj, Ply, Stl},
 };
+use msd_scene::open;
 
 /// Meshes that are none, and what is said of them.
 const OTHERS: [(Format, &str, &str); 11] = [
@@ -77,4 +78,16 @@ fn bytes_after_the_facets_of_an_stl_file_are_reported_where_they_may_be_facets()
 fn an_obj_file_may_end_its_lines_in_carriage_returns() {
     let mesh = mesh::parse(b"v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\r", Obj, "a.obj");
     assert_eq!(mesh.expect("a face").triangles.len(), 1);
+}
+
+#[test]
+fn a_file_that_is_not_there_is_refused_with_the_one_that_may_be_meant() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["bridge.toml", "bridge.obj", "other.toml"] {
+        std::fs::write(folder.path().join(name), "").expect("a file");
+    }
+    let refusal = |name: &str| open(folder.path().join(name)).unwrap_err().to_string();
+    assert!(refusal("brige.toml").ends_with("bridge.toml`?"), "{}", refusal("brige.toml"));
+    assert!(refusal("brdge.obj").ends_with("bridge.obj`?"));
+    assert!(!refusal("quite_unlike.toml").contains("did you mean"));
 }
