@@ -4,7 +4,7 @@ use msd_scene::mesh::{
     self,
     Format::{self, Gltf, Obj, Ply, Stl},
 };
-use msd_scene::open;
+use msd_scene::{SceneFormat, open, parse};
 
 /// Meshes that are none, and what is said of them.
 const OTHERS: [(Format, &str, &str); 11] = [
@@ -90,4 +90,16 @@ fn a_file_that_is_not_there_is_refused_with_the_one_that_may_be_meant() {
     assert!(refusal("brige.toml").ends_with("bridge.toml`?"), "{}", refusal("brige.toml"));
     assert!(refusal("brdge.obj").ends_with("bridge.obj`?"));
     assert!(!refusal("quite_unlike.toml").contains("did you mean"));
+}
+
+#[test]
+fn a_point_without_digits_on_both_sides_is_explained() {
+    for number in [".5", "-.5", "5."] {
+        let error = {
+            let text = format!("version = 1\n[world]\ndrag = {number}\n");
+            parse(&text, SceneFormat::Toml, "s.toml").unwrap_err().to_string()
+        };
+        let expected = "a number has digits on both sides of its point, such as 0.5 or 5.0";
+        assert!(error.starts_with("s.toml:3:") && error.ends_with(expected), "{error}");
+    }
 }
