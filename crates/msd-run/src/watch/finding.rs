@@ -141,15 +141,13 @@ impl Finding {
         let &Finding { ref kind, since, worst, settings, .. } = self;
         let Settings { integrator, substeps, .. } = settings;
         let (t, energy) = (quantity(since, "s"), quantity(worst, "J"));
+        let first = format!(", first seen at t = {t}");
         let errors = format!("errors of {integrator} or of bounces");
         match kind {
-            Kind::StabilityLimit { automatic } => {
-                format!("{}, first seen at t = {t}", self.over_limit(*automatic))
+            Kind::StabilityLimit { automatic } => self.over_limit(*automatic) + &first,
+            Kind::EnergyAdded => {
+                format!("{integrator} is adding energy: {energy} that nothing supplied{first}")
             }
-            Kind::EnergyAdded => format!(
-                "{integrator} is adding energy: {energy} that nothing supplied, first seen at t = \
-                 {t}"
-            ),
             Kind::TooSoft { .. } => format!(
                 "{integrator} holds bodies softer than asked at {substeps} substeps: springs as \
                  stiff as asked would store {energy} more than the motion gave them, since t = {t}"
