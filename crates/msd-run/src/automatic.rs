@@ -226,6 +226,11 @@ pub(crate) fn divided(settings: Settings) -> Option<Settings> {
     (settings.substeps < substeps).then_some(Settings { substeps, ..settings })
 }
 
+/// Whether substeps are as many as automatic ones may be.
+pub(crate) fn is_most(settings: Settings) -> bool {
+    MOST <= f64::from(settings.substeps)
+}
+
 /// Whether the limit says how many are needed: not where no step is stable, or every one.
 fn has_limit(stable: f64) -> bool {
     0.0 < stable && stable.is_finite()

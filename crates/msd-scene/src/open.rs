@@ -1,6 +1,7 @@
 //! Opening by name: a built-in scene, a scene file, a mesh or a saved run.
 
 use crate::builtin::{BUILTINS, carried};
+use crate::disk::reason;
 use crate::error::{FileError, nearest};
 use crate::file::schema::SceneFile;
 use crate::file::tree::{Assignment, Source};
@@ -429,7 +430,12 @@ fn stable_substep(loaded: &Loaded) -> Result<f64, msd_core::Error> {
 fn read_mesh(path: &Path, file: &str) -> Result<Mesh, MeshError> {
     match carried(file) {
         Some(mesh) if !path.exists() => mesh,
-        _ => mesh::read(path),
+        _ => mesh::read(path).map_err(|error| match (error, std::fs::metadata(path)) {
+            (MeshError::Unreadable { file, .. }, Err(missing)) => {
+                MeshError::Unreadable { file, reason: reason(path, &missing) }
+            }
+            (error, _) => error,
+        }),
     }
 }
 

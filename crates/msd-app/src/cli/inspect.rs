@@ -3,6 +3,7 @@
 use super::arguments::InspectArguments;
 use super::failure::{Failure, say};
 use super::run::{SetKeys, open_scene, set_keys};
+use super::steps::SlowNotice;
 use msd_core::{Settings, Simulation};
 use msd_scene::{Loaded, shown_path, tame};
 use msd_study::inspection::{Directions, Inspection, Touching, TouchingWith, inspect};
@@ -26,7 +27,9 @@ pub fn run_inspect(arguments: &InspectArguments) -> Result<(), Failure> {
     let loaded = open_scene(&arguments.scene, &arguments.set.set)?;
     let refused = |error| Failure::input(format!("{}: {error}", shown_path(&arguments.scene)));
     let Loaded { name, scene, settings, notes, made, .. } = loaded;
+    let notice = SlowNotice::new("looking for the slowest motions of the bodies".to_owned());
     let bodies = inspect(&scene).map_err(refused)?;
+    drop(notice);
     let Settings { integrator, .. } = settings;
     let simulation = Simulation::<f64>::new(&scene, settings).map_err(refused)?;
     let stable_step = simulation.stable_substep();
@@ -79,23 +82,27 @@ fn body_lines(body: &Inspection, asked: Option<f64>) -> Vec<String> {
         }
         lines.extend(body.pulled.map(|range| pulled_line(range, asked)));
         if let Some(stiffness) = body.bending {
-            let [least, most] = stiffness.map(number);
             let unit = if filled.dimensions == 1 { "N m²" } else { "N m" };
-            lines.push(format!("  bending stiffness {least} to {most} {unit}"));
+            lines.push(format!("  bending stiffness {} {unit}", range(stiffness)));
         }
     }
     if body.is_open {
         lines.push("  its volume is unknown: its surface has holes".into());
     }
-    lines.push(format!("  fastest motion {}", quantity(body.fastest, "Hz")));
+    // In the unit of the slowest ones.
+    lines.push(format!("  fastest motion {} Hz", number(body.fastest)));
     if let Some(first) = body.slowest.first() {
         let frequencies = body.slowest.iter().map(|slow| rounded(slow.frequency, 3));
         let frequencies: Vec<String> = frequencies.collect();
         let damping = match first.damping_ratio {
             0.0 => String::new(),
-            ratio => format!(", the first with a damping ratio of {}", rounded(ratio, 2)),
+            ratio => {
+                let which = if body.slowest.len() == 1 { "" } else { "the first " };
+                format!(", {which}with a damping ratio of {}", rounded(ratio, 2))
+            }
         };
-        lines.push(format!("  slowest motions {} Hz{damping}", frequencies.join(", ")));
+        let noun = if body.slowest.len() == 1 { "motion" } else { "motions" };
+        lines.push(format!("  slowest {noun} {} Hz{damping}", frequencies.join(", ")));
     }
     lines.extend(body.slowest_unknown.map(|why| format!("  its slowest motions {why}")));
     lines.extend(body.touch.iter().flat_map(touch_lines));
@@ -141,14 +148,23 @@ fn touch_lines(touch: &Touching) -> Vec<String> {
 
 /// The lines about moduli in a unit, along so many directions.
 fn moduli_lines(moduli: &Directions, (unit, count): (&str, u32)) -> Vec<String> {
-    let [least, most] = moduli.range().map(number);
-    let ratio = number(moduli.anisotropy);
-    let young = format!(
-        "  Young's modulus {least} to {most} {unit} in {count} directions, a ratio of {ratio}"
-    );
-    let poisson = moduli.poisson.map(|ratios| {
-        let [least, most] = ratios.map(number);
-        format!("  Poisson's ratio {least} to {most}")
-    });
+    let quantity = match unit {
+        "N" => "Young's modulus times cross-section",
+        "N/m" => "Young's modulus times thickness",
+        _ => "Young's modulus",
+    };
+    let young = range(moduli.range());
+    let ratio = match number(moduli.anisotropy).as_str() {
+        "1" => String::new(),
+        ratio => format!(", a ratio of {ratio}"),
+    };
+    let young = format!("  {quantity} {young} {unit} in {count} directions{ratio}");
+    let poisson = moduli.poisson.map(|ratios| format!("  Poisson's ratio {}", range(ratios)));
     [Some(young), poisson].into_iter().flatten().collect()
+}
+
+/// The least and the most of something, or one number where they print alike.
+fn range(bounds: [f64; 2]) -> String {
+    let [least, most] = bounds.map(number);
+    if least == most { least } else { format!("{least} to {most}") }
 }

@@ -1,6 +1,7 @@
 //! Findings: for each kind of them its rule, its words and its advice.
 
 use super::{Overturned, Pierced, Readings};
+use crate::automatic::is_most;
 use crate::crossings::WentThrough;
 use crate::quantity::{counted, estimate, quantity, rounded};
 use crate::{Runner, on};
@@ -15,7 +16,10 @@ use std::fmt;
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Kind {
     /// The substep is longer than the longest that is predicted to be stable, by this factor.
-    StabilityLimit,
+    StabilityLimit {
+        /// Whether substeps are automatic, and as many as there may be.
+        automatic: bool,
+    },
     /// The method has added this energy, joules.
     EnergyAdded,
     /// Springs as stiff as asked would store so much more than the motion gave them, joules.
@@ -115,7 +119,9 @@ impl Finding {
         use Kind::{Damped, EnergyAdded, EnergyLost, EnergyRisen, Squeezed, TooSoft};
         match (&self.kind, &other.kind) {
             (EnergyAdded, TooSoft { .. }) | (TooSoft { .. }, EnergyAdded) => {
-                self.worst < other.worst
+                // Of one gain, which was first less and then more than what the springs store.
+                let is_one = matches!(self.kind, EnergyAdded) && self.worst == other.worst;
+                self.worst < other.worst || is_one
             }
             (EnergyRisen, EnergyAdded | TooSoft { .. }) => true,
             (kind, Squeezed) => {
@@ -135,13 +141,13 @@ impl Finding {
         let &Finding { ref kind, since, worst, settings, .. } = self;
         let Settings { integrator, substeps, .. } = settings;
         let (t, energy) = (quantity(since, "s"), quantity(worst, "J"));
+        let first = format!(", first seen at t = {t}");
         let errors = format!("errors of {integrator} or of bounces");
         match kind {
-            Kind::StabilityLimit => format!("{}, first seen at t = {t}", self.over_limit()),
-            Kind::EnergyAdded => format!(
-                "{integrator} is adding energy: {energy} that nothing supplied, first seen at t = \
-                 {t}"
-            ),
+            Kind::StabilityLimit { automatic } => self.over_limit(*automatic) + &first,
+            Kind::EnergyAdded => {
+                format!("{integrator} is adding energy: {energy} that nothing supplied{first}")
+            }
             Kind::TooSoft { .. } => format!(
                 "{integrator} holds bodies softer than asked at {substeps} substeps: springs as \
                  stiff as asked would store {energy} more than the motion gave them, since t = {t}"
@@ -194,16 +200,21 @@ impl Finding {
         }
     }
 
-    fn over_limit(&self) -> String {
-        let Settings { integrator, .. } = self.settings;
+    fn over_limit(&self, automatic: bool) -> String {
+        let Settings { integrator, substeps, .. } = self.settings;
         if self.worst.is_infinite() {
             return format!("{integrator} is predicted to be unstable here at any step");
         }
         let step = self.settings.substep();
         let [step, stable] = [step, step / self.worst].map(|time| quantity(time, "s"));
+        let most = if automatic {
+            format!(", by the most automatic substeps ({substeps}),")
+        } else {
+            String::new()
+        };
         format!(
-            "the step of {step} is longer than {stable}, the longest predicted to be stable for \
-             {integrator}"
+            "the step of {step}{most} is longer than {stable}, the longest predicted to be stable \
+             for {integrator}"
         )
     }
 
@@ -213,7 +224,7 @@ impl Finding {
         let finer =
             if integrator.is_adaptive() { "take a tighter tolerance" } else { "shorten the step" };
         let text = match &self.kind {
-            Kind::StabilityLimit => "use more substeps or another method",
+            Kind::StabilityLimit { .. } => "use more substeps or another method",
             Kind::EnergyAdded | Kind::EnergyRisen | Kind::EnergyLost => {
                 return format!("{finer} or use another method");
             }
@@ -259,7 +270,8 @@ impl fmt::Display for Finding {
 /// The rules: what is wrong now, by what was read of a run.
 pub(super) fn rules(read: &Readings, runner: &Runner) -> Vec<Finding> {
     let now = |kind, worst, stays| Finding::now(runner, kind, worst, stays);
-    let single = [limit(read), gained(read, runner), risen(read), lost(read, runner), solved(read)];
+    let single =
+        [limit(read, runner), gained(read, runner), risen(read), lost(read, runner), solved(read)];
     let in_contact =
         [squeezed(runner), passed(read, runner), crossed(read), inside_out(read, runner)];
     let known = single.into_iter().chain(in_contact).chain([lost_digits(read, runner)]).flatten();
@@ -275,22 +287,22 @@ pub(super) fn rules(read: &Readings, runner: &Runner) -> Vec<Finding> {
 /// A kind, the most of it, and whether it stays once it was seen.
 type Found = Option<(Kind, f64, bool)>;
 
-fn limit(read: &Readings) -> Found {
+fn limit(read: &Readings, runner: &Runner) -> Found {
     let [stable, substep] = read.limit?;
-    (stable < substep).then_some((Kind::StabilityLimit, substep / stable, true))
+    let automatic = runner.is_automatic() && is_most(runner.settings());
+    (stable < substep).then_some((Kind::StabilityLimit { automatic }, substep / stable, true))
 }
 
 /// XPBD's constraints yield more than springs of their stiffness. What these would store then is
 /// more than the motion has given them, and looks like a gain.
 fn gained(read: &Readings, runner: &Runner) -> Found {
     let Settings { integrator, step, .. } = runner.settings();
-    let (gain, surplus) = (read.witness.gain(), read.witness.surplus());
-    let joules = if 0.0 < gain { gain } else { surplus };
-    let elastic = read.energy.map_or(0.0, |(energy, _)| energy.elastic);
-    if integrator == Integrator::Xpbd && 0.0 < joules && joules <= elastic {
+    let (gain, rise) = (read.witness.gain(), read.witness.rise());
+    let joules = if 0.0 < gain { gain } else { rise.max(read.witness.surplus()) };
+    if integrator == Integrator::Xpbd && 0.0 < joules && joules <= read.most_elastic {
         let needed = read.resolving.map(|longest| (step / longest).ceil());
         let needed = needed.filter(|needed| needed.is_finite()).map(|needed| needed as u32);
-        return Some((Kind::TooSoft { needed }, joules, 0.0 < gain));
+        return Some((Kind::TooSoft { needed }, joules, 0.0 < gain.max(rise)));
     }
     (0.0 < gain).then_some((Kind::EnergyAdded, gain, true))
 }

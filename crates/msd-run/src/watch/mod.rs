@@ -49,6 +49,8 @@ pub struct Readings {
     pub witness: Witness,
     /// The energy at the last reading, and the steps of the run then.
     energy: Option<(Energy, u64)>,
+    /// The most elastic energy that was read, joules.
+    most_elastic: f64,
     /// The longest stable substep by the last prediction, and the substep then, seconds.
     limit: Option<[f64; 2]>,
     /// The shortest of all predictions of the longest stable substep, seconds.
@@ -165,12 +167,14 @@ impl Watch {
         let known = self.read.energy.filter(|&(_, steps)| steps == runner.steps());
         let energy = known.map_or_else(|| runner.show_to(&mut self.read.witness), |known| known.0);
         self.read.energy = Some((energy, runner.steps()));
+        self.read.most_elastic = self.read.most_elastic.max(energy.elastic);
         energy
     }
 
     /// Forgets the energy of before, as something has done work that is in no account.
     pub fn forget_energy(&mut self) {
         (self.read.witness, self.read.energy) = (Witness::default(), None);
+        self.read.most_elastic = 0.0;
     }
 
     /// Takes a prediction of the longest stable substep, seconds: 0 if none is, infinite if every

@@ -1,6 +1,6 @@
 //! Findings of a watch that outlive a change, and those that others explain.
 
-use msd_run::{Finding, Kind, Runner, Watch};
+use msd_run::{Finding, Kind, Runner, Watch, on};
 use msd_scene::{Loaded, open};
 
 fn scene(text: &str) -> Loaded {
@@ -162,4 +162,30 @@ fn the_worst_of_a_finding_that_stays_never_falls() {
         }
     }
     assert!(0.0 < worst);
+}
+
+/// Eight springs of 100 N/m to 1 MN/m meet at a particle; all move at 0.1 mm/s.
+const HUB: &str = include_str!("../scenes/hub.toml");
+
+#[test]
+fn what_xpbd_holds_too_softly_is_not_an_energy_that_it_adds() {
+    // Its springs swing: what they store at a moment may be less than what they gained before.
+    let (mut runner, mut watch) = watched(HUB);
+    follow(&mut runner, &mut watch, 60);
+    let found = watch.findings(&runner);
+    assert!(matches!(found[..], [Finding { kind: Kind::TooSoft { .. }, .. }]), "{found:?}");
+}
+
+#[test]
+fn a_scene_that_needs_more_substeps_than_there_are_says_so() {
+    // c / m = 2 x 1e6 / 1e-3 takes substeps of 1 ns.
+    let text = "version = 1\n[[bodies]]\nkind = 'rope'\nsize = [2]\nmass = 1e-3\n\
+                stiffness = 1e4\ndamping = 1e6\n";
+    let (runner, mut watch) = watched(text);
+    let stable = on!(&runner, simulation => simulation.stable_substep());
+    watch.note_limit(&runner, stable);
+    let found = watch.findings(&runner);
+    assert_eq!(found[0].kind, Kind::StabilityLimit { automatic: true });
+    let sentence = found[0].sentence();
+    assert!(sentence.contains("by the most automatic substeps (10000), is longer"), "{sentence}");
 }

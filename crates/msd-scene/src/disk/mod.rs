@@ -6,6 +6,6 @@ mod output;
 mod spool;
 
 pub use file_id::FileId;
-pub(crate) use input::open_regular;
+pub(crate) use input::{open_regular, reason};
 pub use output::{Output, write_file};
 pub use spool::Spool;

@@ -103,7 +103,7 @@ pub enum MeshError {
     },
     /// A mesh without a single usable face.
     #[error("{file}: {}", match faces {
-        0 => "no faces found".into(),
+        0 => "no faces found; points and lines alone make no body".into(),
         faces => format!("no face with an area is left of {faces} read"),
     })]
     Empty {

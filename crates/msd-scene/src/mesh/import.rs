@@ -1,8 +1,10 @@
 //! Import of mesh files: format, bytes, clean triangles.
 
+use crate::mesh::clean::overlap::overlapping;
 use crate::mesh::clean::topology::{components, edges, sides};
 use crate::mesh::clean::weld::clean;
 use crate::mesh::error::{MeshError, malformed};
+use crate::mesh::foreign::foreign;
 use crate::mesh::raw::{Group, LONGEST, without_mark};
 use crate::mesh::read::{gltf_file, obj_file, ply_file, stl_file};
 use crate::shown::shown_path;
@@ -37,6 +39,16 @@ impl Format {
             "ply" => Some(Self::Ply),
             "gltf" | "glb" => Some(Self::Gltf),
             _ => None,
+        }
+    }
+
+    /// The ending of its files; that of text where there are two.
+    fn ending(self) -> &'static str {
+        match self {
+            Self::Obj => "obj",
+            Self::Stl => "stl",
+            Self::Ply => "ply",
+            Self::Gltf => "gltf",
         }
     }
 }
@@ -90,6 +102,11 @@ pub struct MeshReport {
     pub turned: usize,
     /// Closed parts that touch another one, which are bodies of their own.
     pub touching: usize,
+    /// Closed parts that go through another one, or are inside it and no void; not counted in
+    /// meshes of more than 20 000 triangles.
+    pub overlapping: usize,
+    /// Bytes of a binary STL file after the facets that its header announces, which are not read.
+    pub left_over: usize,
     /// Vertices left.
     pub vertices: usize,
     /// Triangles left.
@@ -127,13 +144,29 @@ impl core::fmt::Display for MeshReport {
                 self.touching
             )?;
         }
+        if 0 < self.overlapping {
+            writeln!(
+                f,
+                "{} closed parts overlap another one; what they share counts twice in the volume, \
+                 and in a mass by density",
+                self.overlapping
+            )?;
+        }
+        if 0 < self.left_over {
+            let (facets, bytes) = (self.triangles_read, self.left_over);
+            writeln!(
+                f,
+                "its header announces {facets} facets; {bytes} bytes after them are not read"
+            )?;
+        }
         write!(
             f,
-            "{} vertices, {} triangles, {} components, {closed}: {} open edges, {} edges with \
+            "{} vertices, {} triangles, {} component{}, {closed}: {} open edges, {} edges with \
              more than two faces",
             self.vertices,
             self.triangles,
             self.components,
+            if self.components == 1 { "" } else { "s" },
             self.open_edges,
             self.non_manifold_edges
         )
@@ -194,14 +227,19 @@ fn parse_with(
     name: &str,
     load: &gltf_file::Loader,
 ) -> Result<Mesh, MeshError> {
-    let mut raw = match format {
-        Format::Obj => obj_file::parse(without_mark(bytes), name)?,
-        Format::Stl => stl_file::parse(bytes, name)?,
-        Format::Ply => ply_file::parse(without_mark(bytes), name)?,
-        Format::Gltf => gltf_file::parse(without_mark(bytes), name, load)?,
+    let raw = match format {
+        Format::Obj => obj_file::parse(without_mark(bytes), name),
+        Format::Stl => stl_file::parse(bytes, name),
+        Format::Ply => ply_file::parse(without_mark(bytes), name),
+        Format::Gltf => gltf_file::parse(without_mark(bytes), name, load),
     };
-    let clean = clean(&mut raw, name)?;
+    let cleaned = raw.and_then(|mut raw| Ok((clean(&mut raw, name)?, raw)));
+    let (clean, raw) = cleaned.map_err(|error| match foreign(bytes, format.ending()) {
+        Some(reason) => malformed(name, reason),
+        None => error,
+    })?;
     let sides = sides(&clean.triangles);
+    let (parts, count) = components(clean.positions.len(), &clean.triangles);
     let report = MeshReport {
         vertices_read: raw.vertices_read,
         welded: clean.welded,
@@ -212,11 +250,13 @@ fn parse_with(
         duplicate: clean.duplicate,
         turned: clean.turned,
         touching: clean.touching,
+        overlapping: overlapping(&clean.positions, &clean.triangles, &parts),
+        left_over: raw.left_over,
         vertices: clean.positions.len(),
         triangles: clean.triangles.len(),
         open_edges: edges(&sides).filter(|edge| edge.len() == 1).count(),
         non_manifold_edges: edges(&sides).filter(|edge| 2 < edge.len()).count(),
-        components: components(clean.positions.len(), &clean.triangles).1,
+        components: count,
     };
     Ok(Mesh {
         name: name.into(),

@@ -21,6 +21,7 @@ mod polygon;
 mod raw;
 mod clean;
 mod read;
+mod foreign;
 mod import;
 mod subdivide;
 mod fill;

@@ -41,6 +41,8 @@ pub(crate) struct Raw {
     pub(crate) vertices_read: usize,
     /// Polygons that cross themselves.
     pub(crate) crossed: usize,
+    /// Bytes that may hold facets which the header of the file does not announce.
+    pub(crate) left_over: usize,
 }
 
 impl Raw {

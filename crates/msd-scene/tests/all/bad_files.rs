@@ -7,6 +7,8 @@ use msd_scene::mesh::{
 use msd_scene::{Loaded, Precision, SceneFormat, json_schema, load, load_state, open, parse};
 use std::path::Path;
 
+const NO_FACES: &str = "no faces found; points and lines alone make no body";
+
 fn toml(text: &str) -> Result<Loaded, String> {
     parse(text, SceneFormat::Toml, "s.toml").map_err(|error| error.to_string())
 }
@@ -535,10 +537,10 @@ fn what_a_mesh_file_gets_wrong_is_told_by_scene_file_key_and_path() {
     assert!(message.contains("it is a folder"), "{message}");
     let text = folder.path().join("text.obj");
     std::fs::write(&text, "hello world\n").expect("a file");
-    assert_eq!(told("text.obj"), format!("{}no faces found", start(&text)));
+    assert_eq!(told("text.obj"), format!("{}{NO_FACES}", start(&text)));
     assert_eq!(
         open(&text).expect_err("no mesh").to_string(),
-        format!("{}: no faces found", text.display())
+        format!("{}: {NO_FACES}", text.display())
     );
     let flat = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
     std::fs::write(folder.path().join("flat.obj"), flat).expect("a file");

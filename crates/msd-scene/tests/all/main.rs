@@ -9,6 +9,7 @@ mod mesh;
 mod mesh_body;
 mod mesh_material;
 mod mesh_solid;
+mod other_kinds;
 mod reference;
 mod refine;
 mod refusals;

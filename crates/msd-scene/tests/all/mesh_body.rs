@@ -231,6 +231,39 @@ fn closed_parts_that_touch_are_solids_of_their_own_and_counted() {
 }
 
 #[test]
+fn a_closed_part_that_is_there_twice_is_read_once() {
+    let once = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+    let faces = "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    // In other places of the file, in another order, and turned the other way.
+    let again = "o copy\nf 8 7 6\nf 5 6 7\nf 5 8 6\nf 5 7 8\n";
+    let text = format!("{once}o first\n{faces}{once}{again}");
+    let mesh = mesh::parse(text.as_bytes(), Format::Obj, "a.obj").expect("a mesh");
+    let report = mesh.report;
+    assert_eq!((report.triangles, report.duplicate, report.touching), (4, 4, 0), "{report}");
+    assert!(mesh.is_closed(), "{report}");
+}
+
+#[test]
+fn closed_parts_that_overlap_are_counted() {
+    let overlapping = |text: &str| {
+        let report = mesh::parse(text.as_bytes(), Format::Obj, "a.obj").expect("parts").report;
+        let says = report.to_string().contains("closed parts overlap another one; what they");
+        assert_eq!(says, 0 < report.overlapping);
+        report.overlapping
+    };
+    // Two of three go through each other; one lies on a face of the other; and apart.
+    assert_eq!(overlapping(&boxes(&[[0.0; 3], [0.5, 0.4, 0.3], [5.0, 0.0, 0.0]])), 2);
+    assert_eq!(overlapping(&boxes(&[[0.0; 3], [1.0, 0.25, 0.25]])), 0);
+    assert_eq!(overlapping(&boxes(&[[0.0; 3], [2.0, 0.0, 0.0]])), 0);
+    // A tetrahedron inside another one is one more, or a void if it is turned the other way.
+    let outer = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    let inner = "v .1 .1 .1\nv .3 .1 .1\nv .1 .3 .1\nv .1 .1 .3\n";
+    let (more, void) =
+        ("f 5 7 6\nf 5 6 8\nf 5 8 7\nf 6 7 8\n", "f 7 5 6\nf 6 5 8\nf 8 5 7\nf 7 6 8\n");
+    assert_eq!([more, void].map(|faces| overlapping(&format!("{outer}{inner}{faces}"))), [2, 0]);
+}
+
+#[test]
 fn vertices_that_touching_parts_share_in_the_file_become_those_of_each() {
     // Two boxes that share the four vertices of the face between them.
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n\

@@ -60,7 +60,9 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
 fn late_advice(prepared: &Prepared, diverged: Option<&Error>) -> Option<String> {
     let is_of_step = diverged.is_some_and(Error::is_of_step);
     let found = prepared.watch.findings(&prepared.runner);
-    if !is_of_step && found.iter().all(|finding| finding.kind != Kind::StabilityLimit) {
+    if !is_of_step
+        && !found.iter().any(|finding| matches!(finding.kind, Kind::StabilityLimit { .. }))
+    {
         return None;
     }
     if prepared.is_advised() {

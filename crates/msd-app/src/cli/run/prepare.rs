@@ -57,7 +57,7 @@ pub struct Prepared {
 impl Prepared {
     /// Whether the user was warned of the step, with what to do about it.
     pub fn is_advised(&self) -> bool {
-        self.early.iter().any(|finding| finding.kind == Kind::StabilityLimit)
+        self.early.iter().any(|finding| matches!(finding.kind, Kind::StabilityLimit { .. }))
     }
 
     /// What the watch found since the start, with `advice` on the step where there is any; it is
@@ -67,7 +67,7 @@ impl Prepared {
         let late = found.filter(|late| self.early.iter().all(|early| !early.is_same(late)));
         let late: Vec<String> = late
             .map(|finding| match finding.kind {
-                Kind::StabilityLimit => finding.sentence() + &appended(advice),
+                Kind::StabilityLimit { .. } => finding.sentence() + &appended(advice),
                 _ => finding.to_string(),
             })
             .collect();
@@ -333,7 +333,7 @@ pub fn watch_from(
     watch.note_limit(start, stable);
     let early = watch.findings(start);
     let in_words = |finding: &Finding| match finding.kind {
-        Kind::StabilityLimit => {
+        Kind::StabilityLimit { .. } => {
             format!("{}; {}", finding.sentence(), advise(start, frame, stable, lasting))
         }
         _ => finding.to_string(),

@@ -192,6 +192,9 @@ fn read_toml(text: &str, name: &str) -> Result<Node, FileError> {
         let key = error.span().and_then(|span| text.get(span));
         let reason = match (error.message(), key) {
             ("duplicate key", Some(key)) => format!("the key `{key}` stands here twice"),
+            ("invalid mantissa, expected digits" | "invalid fraction, expected digits", _) => {
+                "a number has digits on both sides of its point, such as 0.5 or 5.0".into()
+            }
             (message, _) => message.into(),
         };
         FileError::Malformed { place, reason: one_line(reason) }

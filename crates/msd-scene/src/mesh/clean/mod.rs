@@ -5,4 +5,5 @@ pub(crate) mod topology;
 pub(crate) mod winding;
 pub(crate) mod interior;
 pub(crate) mod parts;
+pub(crate) mod overlap;
 pub(crate) mod weld;

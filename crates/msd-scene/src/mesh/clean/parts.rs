@@ -83,7 +83,27 @@ fn closed_parts(raw: &Raw) -> Vec<Option<u32>> {
             }
         }
     }
+    one_for_each(raw, &mut parts, found);
     parts
+}
+
+/// Takes closed parts with the same faces for one: the faces are then there twice.
+fn one_for_each(raw: &Raw, parts: &mut [Option<u32>], found: u32) {
+    let mut faces = vec![Vec::new(); found as usize + 1];
+    for (triangle, part) in raw.triangles.iter().zip(&*parts) {
+        let mut corners = *triangle;
+        corners.sort_unstable();
+        faces[part.unwrap_or(OPEN) as usize].push(corners);
+    }
+    let mut firsts = BTreeMap::new();
+    let mut same: Vec<u32> = (0..=found).collect();
+    for (part, mut faces) in (1..=found).zip(faces.into_iter().skip(1)) {
+        faces.sort_unstable();
+        same[part as usize] = *firsts.entry(faces).or_insert(part);
+    }
+    for part in parts.iter_mut().flatten() {
+        *part = same[*part as usize];
+    }
 }
 
 /// Whether the faces of a closed part enclose something, and not only each other.

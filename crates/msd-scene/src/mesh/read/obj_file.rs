@@ -9,7 +9,11 @@ use glam::DVec3;
 /// By hand, as a reader from elsewhere (`tobj`) names no line in its errors, takes faces and lines
 /// of two corners in silence, makes triangles of polylines, and overflows on huge indices.
 pub(crate) fn parse(bytes: &[u8], file: &str) -> Result<Raw, MeshError> {
-    let text = String::from_utf8_lossy(bytes);
+    let mut text = String::from_utf8_lossy(bytes);
+    if !text.contains('\n') {
+        // Lines that end as they did on the first Macintosh.
+        text = text.replace('\r', "\n").into();
+    }
     let mut rows = Rows::default();
     let mut joined = String::new();
     for (line, row) in text.lines().zip(1..) {

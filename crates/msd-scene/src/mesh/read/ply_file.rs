@@ -18,6 +18,7 @@ pub(crate) fn parse(bytes: &[u8], file: &str) -> Result<Raw, MeshError> {
     let mut reader = Reader::new(bytes);
     let header = Parser::<Skipped>::new().read_header(&mut reader).map_err(failed)?;
     check_counts(&header, reader.get_ref().len(), file)?;
+    check_elements(&header, file)?;
     let (mut vertices, mut faces) = (Vec::new(), Vec::new());
     for (name, element) in &header.elements {
         let r = &mut reader;
@@ -45,13 +46,37 @@ pub(crate) fn parse(bytes: &[u8], file: &str) -> Result<Raw, MeshError> {
     assemble(&vertices, &faces, (file, textured))
 }
 
-/// The message of a parse error without its line, which is told apart.
+/// The message of a parse error without its line, which is printed apart, and without what the
+/// grammar of the reader expected.
 fn without_line(error: &ParseError) -> String {
     let message = error.to_string();
-    match (message.strip_prefix("Line "), message.split_once(": ")) {
-        (Some(_), Some((_, reason))) => reason.to_owned(),
-        _ => message,
+    let reason = match (message.strip_prefix("Line "), message.split_once(": ")) {
+        (Some(_), Some((_, reason))) => reason,
+        _ => &message,
+    };
+    if reason.contains("magic number") {
+        return "it does not begin with 'ply', as a PLY file does".into();
     }
+    let is_of_grammar = reason.contains("ParseError {") || reason.contains("error at ");
+    match reason.split_once("String: '").and_then(|(_, rest)| rest.split_once('\'')) {
+        Some((text, _)) if is_of_grammar => format!("'{}' cannot be read", text.trim()),
+        _ => reason.to_owned(),
+    }
+}
+
+/// Checks that vertices have coordinates, and that faces are polygons.
+fn check_elements(header: &Header, file: &str) -> Result<(), MeshError> {
+    let vertex = header.elements.get("vertex");
+    let has = |name: &str| vertex.is_none_or(|vertex| vertex.properties.contains_key(name));
+    if let Some(name) = ["x", "y", "z"].into_iter().find(|name| !has(name)) {
+        return Err(malformed(file, format!("its vertices have no property {name}")));
+    }
+    if header.elements.contains_key("tristrips") && !header.elements.contains_key("face") {
+        let reason = "its triangles are strips (element 'tristrips'), which msd does not read: \
+                      write them as faces";
+        return Err(malformed(file, reason));
+    }
+    Ok(())
 }
 
 fn assemble(
@@ -132,7 +157,7 @@ struct Vertex {
 
 impl PropertyAccess for Vertex {
     fn new() -> Self {
-        // A vertex without one of its coordinates is refused like one that is no number.
+        // The header was checked to have all three coordinates.
         Self { position: [f64::NAN; 3], uv: [0.0; 2] }
     }
 

@@ -44,6 +44,11 @@ fn check_length(bytes: &[u8], file: &str) -> Result<(), MeshError> {
         let vertices = 3 * (needed - HEADER as u128) / FACET as u128;
         return check_count(file, "the number of vertices", vertices);
     }
+    if bytes.iter().take(HEADER).all(|&byte| byte.is_ascii_graphic() || byte.is_ascii_whitespace())
+    {
+        let reason = "it is text that does not begin with 'solid', as an STL file does";
+        return Err(malformed(file, reason));
+    }
     Err(MeshError::Truncated {
         file: file.into(),
         what: "facets".into(),
@@ -81,6 +86,9 @@ fn read_binary(bytes: &[u8]) -> Raw {
         let corners = facet[12..48].chunks_exact(12);
         raw.add_facet(corners.map(|at| [0, 4, 8].map(|i| number(&at[i..i + 4]))));
     }
+    // Less than a facet is what some programs add.
+    let left_over = bytes.len() - HEADER - count * FACET;
+    raw.left_over = if FACET <= left_over { left_over } else { 0 };
     raw
 }
 
@@ -91,7 +99,12 @@ fn read_text(bytes: &[u8], file: &str) -> Result<Raw, MeshError> {
     let mut raw = Raw::default();
     for (row, facet) in facets.enumerate() {
         let row = Row { item: "facet", row };
-        let facet = facet.map_err(|error| malformed_row(file, row, error.to_string()))?;
+        let facet = facet.map_err(|error| {
+            let message = error.to_string();
+            let is_endless = message.contains("finite");
+            let reason = if is_endless { "a coordinate is not finite" } else { message.as_str() };
+            malformed_row(file, row, reason)
+        })?;
         raw.add_facet(facet.vertices.iter().map(|vertex| vertex.0));
     }
     Ok(raw)
