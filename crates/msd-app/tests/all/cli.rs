@@ -329,6 +329,20 @@ fn a_recording_of_automatic_substeps_is_replayed_to_the_bit() {
 }
 
 #[test]
+fn inspect_prints_frequencies_in_one_unit() {
+    let folder = folder();
+    let path = folder.path();
+    let oscillator = "version = 1\n[[bodies]]\nkind = 'rope'\nsize = [2]\nmass = 2\n\
+                      stiffness = 50\ndamping = 1\n[[pins]]\nset = 'first'\n";
+    std::fs::write(path.join("oscillator.toml"), oscillator).expect("a file");
+    let slow = quiet(msd(path, &["inspect", "oscillator.toml"]));
+    // w = sqrt(50 / 2) = 5 rad/s, and 1 / (2 x 2 x 5) of critical damping.
+    assert!(slow.contains("fastest motion 0.7958 Hz\n"), "{slow}");
+    assert!(slow.contains("slowest motion 0.796 Hz, with a damping ratio of 0.05\n"), "{slow}");
+    assert!(slow.contains("Young's modulus times cross-section 50 N in 2 directions"), "{slow}");
+}
+
+#[test]
 fn inspect_prints_what_a_body_amounts_to_and_refuses_what_is_no_scene() {
     let folder = folder();
     let path = folder.path();
@@ -350,14 +364,6 @@ fn inspect_prints_what_a_body_amounts_to_and_refuses_what_is_no_scene() {
     let text = quiet(msd(path, &["inspect", "gel.toml"]));
     assert!(text.contains("Young's modulus 12540 Pa in 26 directions\n"), "{text}");
     assert!(text.contains("gelatine-5%: Poisson's ratio is 1/4, that of springs"), "{text}");
-    let oscillator = "version = 1\n[[bodies]]\nkind = 'rope'\nsize = [2]\nmass = 2\n\
-                      stiffness = 50\ndamping = 1\n[[pins]]\nset = 'first'\n";
-    std::fs::write(path.join("oscillator.toml"), oscillator).expect("a file");
-    let slow = quiet(msd(path, &["inspect", "oscillator.toml"]));
-    // w = sqrt(50 / 2) = 5 rad/s, and 1 / (2 x 2 x 5) of critical damping.
-    assert!(slow.contains("fastest motion 0.7958 Hz\n"), "{slow}");
-    assert!(slow.contains("slowest motion 0.796 Hz, with a damping ratio of 0.05\n"), "{slow}");
-    assert!(slow.contains("Young's modulus times cross-section 50 N in 2 directions"), "{slow}");
     // It may take longer than a second, which a notice says.
     let bunny = outcome(msd(path, &["inspect", "bunny"])).stdout;
     let bunny = String::from_utf8_lossy(&bunny);

@@ -1,13 +1,16 @@
-//! Distances between features, computed by one number or a register.
+//! Distances between features, by one number or a register, and columns of features for them.
 //!
 //! Without `map` over arrays: it keeps the compiler from using the instructions of a level.
 
+use super::clusters::Feature;
 use super::features::Shells;
 use super::row::{EDGE, FACE, features};
 use crate::columns::LANES;
+use crate::columns::extent::Extent;
 use crate::number::{Real, Vector};
 use crate::pack::{Number, Pack, dot, zip};
-use fearless_simd::Simd;
+use alloc::vec::Vec;
+use fearless_simd::{Simd, SimdMask};
 
 /// The part of the square of two lengths below which the square of what they span is rounding.
 const PARALLEL: f64 = 1e-6;
@@ -120,6 +123,119 @@ pub(super) fn minus<N: Number>(a: [N; 3], b: [N; 3]) -> [N; 3] {
 #[inline(always)]
 fn cross<N: Number>([ax, ay, az]: [N; 3], [bx, by, bz]: [N; 3]) -> [N; 3] {
     [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
+}
+
+/// A vector in each lane.
+#[inline(always)]
+pub(super) fn splat<S: Simd, R: Real>(simd: S, vector: R::Vec3) -> [Pack<S, R>; 3] {
+    let [x, y, z] = vector.components();
+    [Pack::new(simd, x), Pack::new(simd, y), Pack::new(simd, z)]
+}
+
+/// Features of so many points each, in columns of whole registers.
+#[derive(Clone, Debug)]
+pub(super) struct FeatureLanes<R: Real, const POINTS: usize> {
+    pub(super) features: Vec<u32>,
+    columns: [[Vec<R>; 3]; POINTS],
+    /// The boxes around sixteen of them each.
+    boxes: Vec<Extent<R>>,
+}
+
+impl<R: Real, const POINTS: usize> Default for FeatureLanes<R, POINTS> {
+    fn default() -> Self {
+        let columns = core::array::from_fn(|_| [Vec::new(), Vec::new(), Vec::new()]);
+        FeatureLanes { features: Vec::new(), columns, boxes: Vec::new() }
+    }
+}
+
+impl<R: Real, const POINTS: usize> FeatureLanes<R, POINTS> {
+    /// Overwrites the features by those of some that are within reach of a box.
+    pub(super) fn fill(
+        &mut self,
+        (features, corners): (&[Feature<POINTS>], &[R::Vec3]),
+        (around, reach): (Extent<R>, R),
+    ) {
+        self.features.clear();
+        self.boxes.clear();
+        let columns = &mut self.columns;
+        columns.as_flattened_mut().iter_mut().for_each(Vec::clear);
+        for feature in features {
+            // Without `map`, which is not always compiled into the loop around it.
+            let mut points = [R::Vec3::ZERO; POINTS];
+            for (point, &corner) in points.iter_mut().zip(&feature.corners) {
+                *point = corners[corner as usize];
+            }
+            let own = Extent::around(points.into_iter());
+            if !around.is_near(own, reach) {
+                continue;
+            }
+            match self.boxes.last_mut() {
+                Some(last) if !self.features.len().is_multiple_of(LANES) => *last = last.with(own),
+                _ => self.boxes.push(own),
+            }
+            self.features.push(feature.number);
+            for (column, point) in columns.iter_mut().zip(points) {
+                for (numbers, number) in column.iter_mut().zip(point.components()) {
+                    numbers.push(number);
+                }
+            }
+        }
+        let whole = self.features.len().next_multiple_of(LANES);
+        for numbers in columns.as_flattened_mut() {
+            let last = numbers.last().copied().unwrap_or_default();
+            numbers.resize(whole, last);
+        }
+    }
+
+    /// A feature of one point, and the box around it.
+    #[inline(always)]
+    pub(super) fn one<S: Simd>(&self, simd: S, at: usize) -> (u32, Extent<R>, [Pack<S, R>; 3]) {
+        let [x, y, z] = &self.columns[0];
+        let here = R::Vec3::from_components([x[at], y[at], z[at]]);
+        (self.features[at], Extent::around([here].into_iter()), splat(simd, here))
+    }
+
+    /// Sees the features from the first of them on that are within reach of what is in a box, by
+    /// the squares of their distances, a register at a time.
+    #[inline(always)]
+    pub(super) fn see<S: Simd>(
+        &self,
+        simd: S,
+        (around, reach, first): (Extent<R>, R, usize),
+        square: impl Fn([[Pack<S, R>; 3]; POINTS]) -> Pack<S, R>,
+        mut see: impl FnMut(u32, R),
+    ) {
+        let lanes = Pack::<S, R>::LEN;
+        let most = reach * reach;
+        for (number, of_box) in self.boxes.iter().enumerate().skip(first / LANES) {
+            if !of_box.is_near(around, reach) {
+                continue;
+            }
+            let start = number * LANES;
+            let end = (start + LANES).min(self.features.len());
+            for part in (start..end).step_by(lanes) {
+                let read = |numbers: &Vec<R>| Pack::from_slice(simd, &numbers[part..][..lanes]);
+                let mut points = [[Pack::<S, R>::new(simd, R::ZERO); 3]; POINTS];
+                for (point, column) in points.iter_mut().zip(&self.columns) {
+                    *point = [read(&column[0]), read(&column[1]), read(&column[2])];
+                }
+                let distances = square(points);
+                let mut near = distances.is_less(Pack::new(simd, most)).to_bitmask();
+                if near == 0 {
+                    continue;
+                }
+                let mut squares = [R::ZERO; LANES];
+                distances.store_slice(&mut squares[..lanes]);
+                while near != 0 {
+                    let lane = near.trailing_zeros() as usize;
+                    near &= near - 1;
+                    if (first..end).contains(&(part + lane)) {
+                        see(self.features[part + lane], squares[lane]);
+                    }
+                }
+            }
+        }
+    }
 }
 
 #[cfg(test)]

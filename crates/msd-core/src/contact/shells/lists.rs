@@ -1,19 +1,19 @@
 //! Lists of features that may be near each other, which serve for many substeps.
 
 use super::clusters::{Cluster, Clusters, Feature};
-use super::distance::{between_edges, minus, of_edge, of_face};
+use super::distance::{FeatureLanes, between_edges, minus, of_edge, of_face, splat};
 use super::features::{At, Shells};
 use super::margins::Margins;
 use super::row::{EDGE, EDGES, FACE, key};
 use crate::columns::extent::Extent;
+use crate::columns::load;
 use crate::columns::threads::{are_several, for_each_part};
-use crate::columns::{LANES, load};
 use crate::number::{Real, Vector, at_level};
-use crate::pack::{Number, Pack, zip};
+use crate::pack::{Pack, zip};
 use crate::scene::shell::do_meet;
 use alloc::vec::Vec;
 use core::ops::Range;
-use fearless_simd::{Level, Simd, SimdMask};
+use fearless_simd::{Level, Simd};
 
 /// Two features, a vertex and a face, a vertex and an edge of no face, or two edges, and how far
 /// their clusters must come closer to each other before the gap may be closed, metres.
@@ -363,9 +363,9 @@ impl<R: Real> Candidates<R> {
 const MOST_PAIRS: usize = 256;
 /// More than the part of a reach that rounding is worth.
 pub(super) const NOISE: f64 = 0.01;
-/// The fewest pairs that a thread lists at a time, as the other thread has to be woken, and the most
-/// shares of them.
+/// The fewest pairs that a thread lists at a time, as the other thread has to be woken.
 const SHARE: usize = 8;
+/// The most shares of the pairs.
 const SHARES: usize = 16;
 /// How far clusters are looked for, in their size.
 const BEYOND: f64 = 0.5;
@@ -527,119 +527,6 @@ impl<R: Real> FeatureSearch<R> {
                     near.push((key(EDGE, vertex, edge), square));
                 }
             });
-        }
-    }
-}
-
-/// A vector in each lane.
-#[inline(always)]
-fn splat<S: Simd, R: Real>(simd: S, vector: R::Vec3) -> [Pack<S, R>; 3] {
-    let [x, y, z] = vector.components();
-    [Pack::new(simd, x), Pack::new(simd, y), Pack::new(simd, z)]
-}
-
-/// Features of so many points each, in columns of whole registers.
-#[derive(Clone, Debug)]
-struct FeatureLanes<R: Real, const POINTS: usize> {
-    features: Vec<u32>,
-    columns: [[Vec<R>; 3]; POINTS],
-    /// The boxes around sixteen of them each.
-    boxes: Vec<Extent<R>>,
-}
-
-impl<R: Real, const POINTS: usize> Default for FeatureLanes<R, POINTS> {
-    fn default() -> Self {
-        let columns = core::array::from_fn(|_| [Vec::new(), Vec::new(), Vec::new()]);
-        FeatureLanes { features: Vec::new(), columns, boxes: Vec::new() }
-    }
-}
-
-impl<R: Real, const POINTS: usize> FeatureLanes<R, POINTS> {
-    /// Overwrites the features by those of some that are within reach of a box.
-    fn fill(
-        &mut self,
-        (features, corners): (&[Feature<POINTS>], &[R::Vec3]),
-        (around, reach): (Extent<R>, R),
-    ) {
-        self.features.clear();
-        self.boxes.clear();
-        let columns = &mut self.columns;
-        columns.as_flattened_mut().iter_mut().for_each(Vec::clear);
-        for feature in features {
-            // Without `map`, which is not always compiled into the loop around it.
-            let mut points = [R::Vec3::ZERO; POINTS];
-            for (point, &corner) in points.iter_mut().zip(&feature.corners) {
-                *point = corners[corner as usize];
-            }
-            let own = Extent::around(points.into_iter());
-            if !around.is_near(own, reach) {
-                continue;
-            }
-            match self.boxes.last_mut() {
-                Some(last) if !self.features.len().is_multiple_of(LANES) => *last = last.with(own),
-                _ => self.boxes.push(own),
-            }
-            self.features.push(feature.number);
-            for (column, point) in columns.iter_mut().zip(points) {
-                for (numbers, number) in column.iter_mut().zip(point.components()) {
-                    numbers.push(number);
-                }
-            }
-        }
-        let whole = self.features.len().next_multiple_of(LANES);
-        for numbers in columns.as_flattened_mut() {
-            let last = numbers.last().copied().unwrap_or_default();
-            numbers.resize(whole, last);
-        }
-    }
-
-    /// A feature of one point, and the box around it.
-    #[inline(always)]
-    fn one<S: Simd>(&self, simd: S, at: usize) -> (u32, Extent<R>, [Pack<S, R>; 3]) {
-        let [x, y, z] = &self.columns[0];
-        let here = R::Vec3::from_components([x[at], y[at], z[at]]);
-        (self.features[at], Extent::around([here].into_iter()), splat(simd, here))
-    }
-
-    /// Sees the features from the first of them on that are within reach of what is in a box, by
-    /// the squares of their distances, a register at a time.
-    #[inline(always)]
-    fn see<S: Simd>(
-        &self,
-        simd: S,
-        (around, reach, first): (Extent<R>, R, usize),
-        square: impl Fn([[Pack<S, R>; 3]; POINTS]) -> Pack<S, R>,
-        mut see: impl FnMut(u32, R),
-    ) {
-        let lanes = Pack::<S, R>::LEN;
-        let most = reach * reach;
-        for (number, of_box) in self.boxes.iter().enumerate().skip(first / LANES) {
-            if !of_box.is_near(around, reach) {
-                continue;
-            }
-            let start = number * LANES;
-            let end = (start + LANES).min(self.features.len());
-            for part in (start..end).step_by(lanes) {
-                let read = |numbers: &Vec<R>| Pack::from_slice(simd, &numbers[part..][..lanes]);
-                let mut points = [[Pack::<S, R>::new(simd, R::ZERO); 3]; POINTS];
-                for (point, column) in points.iter_mut().zip(&self.columns) {
-                    *point = [read(&column[0]), read(&column[1]), read(&column[2])];
-                }
-                let distances = square(points);
-                let mut near = distances.is_less(Pack::new(simd, most)).to_bitmask();
-                if near == 0 {
-                    continue;
-                }
-                let mut squares = [R::ZERO; LANES];
-                distances.store_slice(&mut squares[..lanes]);
-                while near != 0 {
-                    let lane = near.trailing_zeros() as usize;
-                    near &= near - 1;
-                    if (first..end).contains(&(part + lane)) {
-                        see(self.features[part + lane], squares[lane]);
-                    }
-                }
-            }
         }
     }
 }
