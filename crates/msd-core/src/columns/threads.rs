@@ -73,17 +73,6 @@ pub(crate) fn merge_shares<W: Split, O: Send>(
     merge(low, high)
 }
 
-/// Works on each of some parts.
-pub(crate) fn for_each_part<P: Send>(parts: &mut [P], run: &(impl Fn(&mut P) + Sync)) {
-    let (low, high) = parts.split_at_mut(parts.len() / 2);
-    match (low, high) {
-        ([], high) => high.iter_mut().for_each(run),
-        (low, high) => {
-            join(|| for_each_part(low, run), || for_each_part(high, run));
-        }
-    }
-}
-
 /// Does two things, at the same time where there are threads for both.
 pub(crate) fn join<A: Send, B: Send>(
     a: impl FnOnce() -> A + Send,

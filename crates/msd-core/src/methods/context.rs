@@ -203,11 +203,6 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.model
     }
 
-    /// Whether there is work for several threads.
-    pub(crate) fn is_shared(&self) -> bool {
-        self.model.springs.is_shared() || self.model.shells.are_shared()
-    }
-
     /// The number of substeps in the step.
     pub fn substeps(&self) -> u32 {
         self.settings.substeps

@@ -195,7 +195,7 @@ impl<R: Real> Simulation<R> {
         };
         let is_refused = |done: Done| !may_pass && (0 < done.passes || done.turned);
         if !is_refused(step.done) {
-            threads::enter(step.is_shared(), || method.advance(&mut step));
+            threads::enter(self.model.springs.is_shared(), || method.advance(&mut step));
         }
         let mut done = step.done;
         let [before, after] =

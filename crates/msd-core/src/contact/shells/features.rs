@@ -13,8 +13,6 @@ use fearless_simd::Level;
 
 /// No face.
 pub(super) const NONE: u32 = u32::MAX;
-/// The fewest vertices whose features several threads list.
-const LEAST_SHARED: usize = 512;
 
 /// A particle of a shell.
 #[derive(Clone, Copy, Debug)]
@@ -184,11 +182,6 @@ impl Shells {
     /// Whether any meets another or itself.
     pub(crate) fn do_meet(&self) -> bool {
         self.do_meet
-    }
-
-    /// Whether some meet that have enough vertices for several threads.
-    pub(crate) fn are_shared(&self) -> bool {
-        self.do_meet && LEAST_SHARED <= self.vertices.len()
     }
 
     /// The shells of particles.

@@ -7,7 +7,6 @@ use super::margins::Margins;
 use super::row::{EDGE, EDGES, FACE, key};
 use crate::columns::extent::Extent;
 use crate::columns::load;
-use crate::columns::threads::{are_several, for_each_part};
 use crate::number::{Real, Vector, at_level};
 use crate::pack::{Pack, zip};
 use crate::scene::shell::do_meet;
@@ -74,13 +73,7 @@ pub(super) struct Candidates<R: Real> {
     before: Vec<R::Vec3>,
     /// A box for each cluster: around its way since the last look, or around its features.
     boxes: Vec<Extent<R>>,
-    /// The pairs to list anew, and the searches that share them.
-    stale: Vec<u32>,
-    searches: Vec<FeatureSearch<R>>,
-    /// What a search for pairs takes note of.
-    order: Vec<u32>,
-    found: Vec<[u32; 2]>,
-    kept: Vec<ListedPair>,
+    search: FeatureSearch<R>,
 }
 
 impl<R: Real> Candidates<R> {
@@ -164,17 +157,18 @@ impl<R: Real> Candidates<R> {
             self.pair_clusters(shells, needed);
         }
         self.is_listed = true;
-        self.stale.clear();
-        for (number, pair) in (0..).zip(&mut self.pairs) {
+        for number in 0..self.pairs.len() {
+            let pair = &mut self.pairs[number];
             pair.margin = margins.between(pair.clusters);
-            if pair.listed_to < pair.worn + pair.margin.to_f64() + noise {
-                self.stale.push(number);
+            let needed = pair.margin.to_f64() + noise;
+            if pair.listed_to < pair.worn + needed {
+                self.list(level, shells, (number, needed));
+            }
+            let pair = &self.pairs[number];
+            if pair.until < pair.worn + needed {
+                self.due.push(number as u32);
             }
         }
-        self.list(level, shells, noise);
-        let is_due = |pair: &ClusterPair<R>| pair.until < pair.worn + pair.margin.to_f64() + noise;
-        let due = (0..).zip(&self.pairs).filter(|(_, pair)| is_due(pair));
-        self.due.extend(due.map(|(number, _)| number));
         self.mark(shells);
         let most = MOST_PAIRS * (shells.vertices.len() + shells.faces.len() + shells.edges.len());
         let are_all = self.pack() <= most;
@@ -230,12 +224,12 @@ impl<R: Real> Candidates<R> {
         let mut known = self.pairs_before.drain(..).filter(|_| is_listed).peekable();
         let all = boxes.iter().copied().fold(Extent::default(), Extent::with);
         let along = all.longest_axis();
-        let order = &mut self.order;
+        let order = &mut self.search.order;
         order.clear();
         order.extend(0..boxes.len() as u32);
         let low = |cluster: u32| boxes[cluster as usize].low().components()[along].to_f64();
         order.sort_unstable_by(|&a, &b| low(a).total_cmp(&low(b)).then(a.cmp(&b)));
-        let found = &mut self.found;
+        let found = &mut self.search.found;
         found.clear();
         for (at, &own) in order.iter().enumerate() {
             let last = boxes[own as usize].high().components()[along].to_f64() + far.to_f64();
@@ -274,47 +268,38 @@ impl<R: Real> Candidates<R> {
         }
     }
 
-    /// Lists the features of the stale pairs anew.
-    fn list(&mut self, level: Level, shells: &Shells, noise: f64) {
-        let shares =
-            if are_several() { self.stale.len().div_ceil(SHARE).clamp(1, SHARES) } else { 1 };
-        let Candidates { clusters, corners, pairs, stale, searches, features, .. } = self;
-        searches.resize_with(searches.len().max(shares), FeatureSearch::default);
-        let searches = &mut searches[..shares];
-        let each = stale.len().div_ceil(shares);
-        for (first, search) in (0..).step_by(each.max(1)).zip(&mut *searches) {
-            search.share = first.min(stale.len())..(first + each).min(stale.len());
-        }
-        let (stale, all) = (&*stale, &*pairs);
-        for_each_part(searches, &|search: &mut FeatureSearch<R>| {
-            search.near.clear();
-            search.listed.clear();
-            for &number in &stale[search.share.clone()] {
-                let pair = &all[number as usize];
-                search.list(level, shells, (clusters, corners), (pair, noise));
-            }
+    /// Lists the features of a pair that are within their reach and some distance of each other.
+    fn list(&mut self, level: Level, shells: &Shells, (number, needed): (usize, f64)) {
+        let pair = &mut self.pairs[number];
+        let sides = pair.clusters.map(|cluster| {
+            let cluster = &self.clusters.rows[cluster as usize];
+            let corners = &self.corners[cluster.corners.clone()];
+            PlacedCluster { cluster, corners, around: cluster.extent::<R>(&self.corners) }
         });
-        for search in &*searches {
-            let mut near = search.near.iter();
-            for (&number, &(to, count)) in stale[search.share.clone()].iter().zip(&search.listed) {
-                let pair = &mut pairs[number as usize];
-                let first = features.len();
-                features.extend(near.by_ref().take(count).map(|&(key, square)| ListedPair {
-                    key,
-                    until: pair.worn + (square.sqrt() - pair.stop).to_f64(),
-                }));
-                let untils = features[first..].iter().map(|listed| listed.until);
-                (pair.listed_to, pair.until) = (to, untils.fold(to, f64::min));
-                pair.features = first as u32..features.len() as u32;
+        let stop = pair.stop;
+        let apart = (sides[0].around.distance(sides[1].around) - stop).to_f64();
+        let skin = (SKIN * pair.edge.to_f64()).max(2.0 * needed) + needed;
+        let first = self.features.len() as u32;
+        pair.listed_to = pair.worn + skin.max(apart);
+        pair.until = pair.listed_to;
+        if apart < skin {
+            self.search.reach = stop + R::of(skin);
+            let is_one = pair.clusters[0] == pair.clusters[1];
+            at_level!(level, simd => self.search.list(simd, shells, (&sides, is_one)));
+            for &(key, square) in &self.search.near {
+                let until = pair.worn + (square.sqrt() - stop).to_f64();
+                pair.until = pair.until.min(until);
+                self.features.push(ListedPair { key, until });
             }
         }
+        pair.features = first..self.features.len() as u32;
     }
 
     /// Drops the features of earlier lists once they are most; returns how many there are.
     fn pack(&mut self) -> usize {
         let count = self.pairs.iter().map(|pair| pair.features.len()).sum::<usize>();
         if 2 * count < self.features.len() {
-            let kept = &mut self.kept;
+            let kept = &mut self.search.kept;
             kept.clear();
             for pair in &mut self.pairs {
                 let first = kept.len() as u32;
@@ -363,10 +348,6 @@ impl<R: Real> Candidates<R> {
 const MOST_PAIRS: usize = 256;
 /// More than the part of a reach that rounding is worth.
 pub(super) const NOISE: f64 = 0.01;
-/// The fewest pairs that a thread lists at a time, as the other thread has to be woken.
-const SHARE: usize = 8;
-/// The most shares of the pairs.
-const SHARES: usize = 16;
 /// How far clusters are looked for, in their size.
 const BEYOND: f64 = 0.5;
 /// How far beyond their reach features are listed, in edges: less than features that share no
@@ -411,13 +392,9 @@ struct PlacedCluster<'a, R: Real> {
     around: Extent<R>,
 }
 
-/// A search for the features of some pairs of clusters.
+/// What a search for features of two clusters takes note of.
 #[derive(Clone, Debug, Default)]
 struct FeatureSearch<R: Real> {
-    /// The stale pairs that it lists.
-    share: Range<usize>,
-    /// The wear up to which no feature of each matters that is not listed, and how many are.
-    listed: Vec<(f64, usize)>,
     /// How far apart features may be, metres.
     reach: R,
     vertices: FeatureLanes<R, 1>,
@@ -425,42 +402,21 @@ struct FeatureSearch<R: Real> {
     faces: FeatureLanes<R, 3>,
     /// Features that are near each other, and the squares of their distances.
     near: Vec<(u64, R)>,
+    order: Vec<u32>,
+    found: Vec<[u32; 2]>,
+    kept: Vec<ListedPair>,
 }
 
 impl<R: Real> FeatureSearch<R> {
-    /// Lists the features of a pair that are within their reach and some distance of each other.
-    fn list(
-        &mut self,
-        level: Level,
-        shells: &Shells,
-        (clusters, corners): (&Clusters, &[R::Vec3]),
-        (pair, noise): (&ClusterPair<R>, f64),
-    ) {
-        let sides = pair.clusters.map(|cluster| {
-            let cluster = &clusters.rows[cluster as usize];
-            let around = cluster.extent::<R>(corners);
-            PlacedCluster { cluster, corners: &corners[cluster.corners.clone()], around }
-        });
-        let needed = pair.margin.to_f64() + noise;
-        let apart = (sides[0].around.distance(sides[1].around) - pair.stop).to_f64();
-        let skin = (SKIN * pair.edge.to_f64()).max(2.0 * needed) + needed;
-        let first = self.near.len();
-        if apart < skin {
-            self.reach = pair.stop + R::of(skin);
-            let is_one = pair.clusters[0] == pair.clusters[1];
-            at_level!(level, simd => self.find(simd, shells, (&sides, is_one)));
-        }
-        self.listed.push((pair.worn + skin.max(apart), self.near.len() - first));
-    }
-
     /// Finds the features of two clusters, or of one, that are within reach of each other.
     #[inline(always)]
-    fn find<S: Simd>(
+    fn list<S: Simd>(
         &mut self,
         simd: S,
         shells: &Shells,
         (sides, is_one): (&[PlacedCluster<'_, R>; 2], bool),
     ) {
+        self.near.clear();
         let reach = self.reach;
         for (own, other) in [(0, 1), (1, 0)] {
             if is_one && own == 1 {
