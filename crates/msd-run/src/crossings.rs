@@ -78,8 +78,13 @@ pub(crate) fn went_through<R: Real>(simulation: &Simulation<R>) -> Vec<WentThrou
 
 /// The name of the body of a particle.
 fn name<R: Real>(model: &Model<R>, particle: usize) -> String {
+    let body = body_of(model, particle);
+    body.map_or_else(|| format!("particle {particle}"), |body| body_name(model, body))
+}
+
+/// The name of a body, with its number where several have that name.
+pub(crate) fn body_name<R: Real>(model: &Model<R>, number: usize) -> String {
     let bodies = model.bodies();
-    let Some(number) = body_of(model, particle) else { return format!("particle {particle}") };
     let name = &bodies[number].name;
     match bodies.iter().filter(|body| body.name == *name).count() {
         1 => name.clone(),

@@ -379,7 +379,7 @@ fn a_ball_that_goes_through_a_cloth_is_told_in_the_status_line() {
     assert!(harness.query_by_label_contains("went through").is_none());
     run(&mut harness.state_mut().session, 18);
     harness.run_steps(2);
-    assert!(harness.query_by_label_contains("solid 0 went through body 0").is_some());
+    assert!(harness.query_by_label_contains("solid 0 went through cloth").is_some());
     harness.state_mut().session.restart();
     harness.run_steps(2);
     assert!(harness.query_by_label_contains("went through").is_none(), "a new run");

@@ -2,7 +2,7 @@
 
 use super::{Overturned, Pierced, Readings};
 use crate::automatic::is_most;
-use crate::crossings::WentThrough;
+use crate::crossings::{WentThrough, body_name};
 use crate::quantity::{counted, estimate, quantity, rounded};
 use crate::{Runner, on};
 use msd_core::methods::Solved;
@@ -76,6 +76,9 @@ pub struct Finding {
     pub worst: f64,
     /// When that was seen, simulated seconds.
     pub at: f64,
+    /// The name of the body that it is about; empty where its kind has no number of one.
+    #[serde(skip)]
+    body: String,
     /// How the run was stepped then.
     #[serde(skip)]
     settings: Settings,
@@ -105,8 +108,14 @@ impl Finding {
     /// A finding of this moment. One that stays is kept with the most of it that was ever seen, any
     /// other is known only while its rule finds it.
     fn now(runner: &Runner, kind: Kind, worst: f64, stays: bool) -> Self {
-        let time = runner.time();
-        Finding { kind, since: time, worst, at: time, settings: runner.settings(), stays }
+        let (time, settings) = (runner.time(), runner.settings());
+        let body = match kind {
+            Kind::Pierced(Pierced { body, .. }) | Kind::InsideOut(Overturned { body, .. }) => {
+                on!(runner, simulation => body_name(simulation.model(), body))
+            }
+            _ => String::new(),
+        };
+        Finding { kind, since: time, worst, at: time, body, settings, stays }
     }
 
     /// Whether it is of the same kind, only more or less of it.
@@ -138,7 +147,7 @@ impl Finding {
 
     /// What is wrong, in words.
     pub fn sentence(&self) -> String {
-        let &Finding { ref kind, since, worst, settings, .. } = self;
+        let &Finding { ref kind, ref body, since, worst, settings, .. } = self;
         let Settings { integrator, substeps, .. } = settings;
         let (t, energy) = (quantity(since, "s"), quantity(worst, "J"));
         let first = format!(", first seen at t = {t}");
@@ -181,13 +190,11 @@ impl Finding {
                     counted(worst as u64, "pair")
                 )
             }
-            Kind::Pierced(Pierced { solid, body, .. }) => {
-                format!("solid {solid} went through body {body} at t = {t}, between particles")
+            Kind::Pierced(Pierced { solid, .. }) => {
+                format!("solid {solid} went through {body} at t = {t}, between particles")
             }
-            Kind::InsideOut(Overturned { body, of, .. }) => {
-                format!(
-                    "{worst} of the {of} corners of cells in body {body} are flat or inside out"
-                )
+            Kind::InsideOut(Overturned { of, .. }) => {
+                format!("{worst} of the {of} corners of cells in {body} are flat or inside out")
             }
             Kind::LostDigits { distance, spacing, part } => format!(
                 "{} from the origin, single precision rounds positions to {}; that alone puts \
