@@ -39,7 +39,7 @@ pub fn read_pointer(ctx: &Context, viewer: &mut Viewer) {
         modifiers: input.modifiers,
     });
     if let (Some(button), Some(origin)) = (pointer.pressed, pointer.origin)
-        && viewer.gesture.is_none()
+        && viewer.hand.gesture.is_none()
         && view.is_pointer_button_down_on()
     {
         start(viewer, button, origin, pointer.modifiers);
@@ -50,7 +50,7 @@ pub fn read_pointer(ctx: &Context, viewer: &mut Viewer) {
     if let Some(touch) = ctx.input(|input| input.multi_touch()) {
         end(viewer);
         viewer.camera.zoom(1.0 / touch.zoom_delta);
-        let way = touch.translation_delta / viewer.rect.height();
+        let way = touch.translation_delta / viewer.layout.rect.height();
         viewer.camera.pan(way.x, way.y);
     }
     if let Some(latest) = pointer.latest {
@@ -58,16 +58,16 @@ pub fn read_pointer(ctx: &Context, viewer: &mut Viewer) {
     }
     let is_down = |button| BUTTONS.iter().zip(pointer.down).any(|(&b, down)| b == button && down);
     // After the motion: what is let go keeps the speed of the last one.
-    if viewer.gesture.is_some_and(|gesture| !is_down(gesture.button)) {
+    if viewer.hand.gesture.is_some_and(|gesture| !is_down(gesture.button)) {
         end(viewer);
     }
     if view.hovered() {
         zoom(ctx, viewer);
     }
-    let idle = viewer.gesture.is_none() && view.hovered();
+    let idle = viewer.hand.gesture.is_none() && view.hovered();
     let at = pointer.latest.filter(|_| idle);
     let taken = at.and_then(|at| pick_at(viewer, viewer.side_at(at), at));
-    (viewer.hovered, viewer.hovered_solid) = match taken {
+    (viewer.hand.hovered, viewer.hand.hovered_solid) = match taken {
         Some(Taken::Particle(particle)) => (Some(particle), None),
         Some(Taken::Solid(solid, _)) => (None, Some(solid)),
         None => (None, None),
@@ -91,14 +91,14 @@ fn pick_at(viewer: &Viewer, side: Side, at: Pos2) -> Option<Taken> {
 fn start(viewer: &mut Viewer, button: PointerButton, at: Pos2, modifiers: Modifiers) {
     let action = match button {
         PointerButton::Primary if !modifiers.shift => {
-            let tool = if modifiers.command { Tool::Select } else { viewer.tool };
+            let tool = if modifiers.command { Tool::Select } else { viewer.hand.tool };
             start_tool(viewer, tool, at)
         }
         PointerButton::Middle => Action::Pan,
         _ if modifiers.shift => Action::Pan,
         _ => Action::Orbit,
     };
-    viewer.gesture = Some(Gesture { button, last: at, side: viewer.side_at(at), action });
+    viewer.hand.gesture = Some(Gesture { button, last: at, side: viewer.side_at(at), action });
 }
 
 fn start_tool(viewer: &mut Viewer, tool: Tool, at: Pos2) -> Action {
@@ -106,7 +106,7 @@ fn start_tool(viewer: &mut Viewer, tool: Tool, at: Pos2) -> Action {
     match tool {
         Tool::Select => return Action::Select { from: at },
         Tool::Cut => {
-            viewer.stroke.push(at);
+            viewer.hand.stroke.push(at);
             return Action::Cut;
         }
         Tool::Grab => {}
@@ -127,12 +127,12 @@ fn start_tool(viewer: &mut Viewer, tool: Tool, at: Pos2) -> Action {
             (through, viewer.session.grab_target().unwrap_or_default())
         }
     };
-    viewer.hint = false;
+    viewer.layout.hint = false;
     Action::Grab { through, offset: target.as_vec3() - viewport.drag_point(at, through) }
 }
 
 fn follow(viewer: &mut Viewer, latest: Pos2) {
-    let Some(gesture) = &mut viewer.gesture else { return };
+    let Some(gesture) = &mut viewer.hand.gesture else { return };
     let last = std::mem::replace(&mut gesture.last, latest);
     let gesture = *gesture;
     let viewport = viewer.viewport_of(gesture.side);
@@ -140,7 +140,7 @@ fn follow(viewer: &mut Viewer, latest: Pos2) {
     match gesture.action {
         Action::Orbit => viewer.camera.orbit(way.x * TURN, way.y * TURN),
         Action::Pan => {
-            let way = way / viewer.rect.height();
+            let way = way / viewer.layout.rect.height();
             viewer.camera.pan(way.x, way.y);
         }
         Action::Select { .. } => {}
@@ -148,7 +148,7 @@ fn follow(viewer: &mut Viewer, latest: Pos2) {
         Action::Cut => {
             // What lies under the panels is not seen, and not cut.
             let [last, latest] = [last, latest].map(|at| viewport.rect.clamp(at));
-            viewer.stroke.push(latest);
+            viewer.hand.stroke.push(latest);
             let springs = crossed(&viewport, viewer.runner_of(gesture.side), [last, latest]);
             viewer.session.cut(&springs);
         }
@@ -160,8 +160,8 @@ fn follow(viewer: &mut Viewer, latest: Pos2) {
 }
 
 fn end(viewer: &mut Viewer) {
-    let Some(Gesture { action, last, side, .. }) = viewer.gesture.take() else { return };
-    viewer.stroke.clear();
+    let Some(Gesture { action, last, side, .. }) = viewer.hand.gesture.take() else { return };
+    viewer.hand.stroke.clear();
     match action {
         Action::Grab { .. } => viewer.session.release(),
         Action::Select { from } => {
@@ -170,7 +170,7 @@ fn end(viewer: &mut Viewer) {
             let particles = inside(&viewport, viewer.runner_of(side), area);
             viewer.session.select_group(particles);
             // The next drag takes what the box has chosen.
-            viewer.tool = Tool::Grab;
+            viewer.hand.tool = Tool::Grab;
         }
         Action::Orbit | Action::Pan | Action::Cut => {}
     }

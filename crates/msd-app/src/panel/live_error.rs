@@ -29,7 +29,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let mut on = viewer.session.error().is_some();
     ui.horizontal(|ui| {
         let estimate = ui.checkbox(&mut on, "Estimate error").on_hover_text(METHOD);
-        viewer.landmarks.insert("estimate", estimate.rect);
+        viewer.layout.landmarks.insert("estimate", estimate.rect);
         if estimate.changed() {
             viewer.session.set_estimating(on);
         }

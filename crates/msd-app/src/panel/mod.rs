@@ -43,8 +43,8 @@ const COLUMN: f32 = 70.0;
 /// Lays out everything, and lets widgets act on the viewer.
 pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let is_small = sheet::is_small(ui.available_size());
-    theme::fit(ui.ctx(), is_small || viewer.by_touch);
-    if viewer.bare {
+    theme::fit(ui.ctx(), is_small || viewer.layout.by_touch);
+    if viewer.layout.bare {
         viewer.choose_scale();
         view(ui, viewer);
         return overlay::show(ui, viewer);
@@ -53,7 +53,7 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let paper = Frame::new().fill(ui.visuals().panel_fill);
     let frame = paper.inner_margin(10.0);
     let line = paper.inner_margin(egui::Margin::symmetric(10, 5));
-    match viewer.panels {
+    match viewer.layout.panels {
         true if is_small => sheet::show(ui, viewer, frame),
         true => panels(ui, viewer, frame, line),
         false => {}
@@ -62,7 +62,7 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
     view(ui, viewer);
     overlay::show(ui, viewer);
     over::show(ui, viewer);
-    if let Some(text) = viewer.clipboard.take() {
+    if let Some(text) = viewer.wishes.clipboard.take() {
         ui.ctx().copy_text(text);
     }
 }
@@ -97,7 +97,7 @@ fn panels(ui: &mut Ui, viewer: &mut Viewer, frame: Frame, line: Frame) {
 /// Lets the panels show down to the plot of the energy in a window of 1280 x 800 points, unless
 /// fingers press what is in them.
 fn tighten(ui: &mut Ui, viewer: &Viewer) {
-    if !viewer.by_touch {
+    if !viewer.layout.by_touch {
         let spacing = ui.spacing_mut();
         (spacing.item_spacing.y, spacing.interact_size.y, spacing.button_padding.y) = TIGHT;
     }
@@ -107,14 +107,14 @@ fn tighten(ui: &mut Ui, viewer: &Viewer) {
 /// [`crate::input::read_pointer`].
 fn view(ui: &mut Ui, viewer: &mut Viewer) {
     let rect = ui.available_rect_before_wrap();
-    viewer.rect = rect;
+    viewer.layout.rect = rect;
     viewer.frame_once();
     // The keyboard passes it by: its keys act while no control has the keyboard.
     let view = ui.interact(rect, Viewer::view_id(), Sense::CLICK | Sense::DRAG);
     view.widget_info(|| WidgetInfo::labeled(egui::Role::Canvas, true, "View of the scene"));
     if viewer.session.is_holding() {
         ui.set_cursor_icon(CursorIcon::Grabbing);
-    } else if viewer.hovered.is_some() || viewer.hovered_solid.is_some() {
+    } else if viewer.hand.hovered.is_some() || viewer.hand.hovered_solid.is_some() {
         ui.set_cursor_icon(CursorIcon::Grab);
     }
 }

@@ -17,7 +17,7 @@ use msd_study::quantity::estimate;
 
 /// Shows what lies over the 3D view.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
-    let painter = ui.painter().with_clip_rect(viewer.rect);
+    let painter = ui.painter().with_clip_rect(viewer.layout.rect);
     match viewer.sides() {
         [_, _] => captions(&painter, viewer),
         _ => twin::ghost(&painter, viewer),
@@ -29,12 +29,12 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     }
     gesture(&painter, viewer);
     if let Some(scale) = viewer.scale() {
-        legend(&painter, viewer.rect, scale);
+        legend(&painter, viewer.layout.rect, scale);
     }
-    let text = match viewer.tool {
-        Tool::Cut if viewer.by_touch => "draw a line across springs to cut them",
-        Tool::Select if viewer.by_touch => "draw a box around what to grab together",
-        Tool::Grab if viewer.by_touch => {
+    let text = match viewer.hand.tool {
+        Tool::Cut if viewer.layout.by_touch => "draw a line across springs to cut them",
+        Tool::Select if viewer.layout.by_touch => "draw a box around what to grab together",
+        Tool::Grab if viewer.layout.by_touch => {
             "drag the body to throw it  ·  drag beside it to orbit  ·  two fingers zoom and pan"
         }
         Tool::Cut => "draw a line across springs to cut them  ·  C or Esc: grab again",
@@ -47,12 +47,12 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
             "drag a particle to throw it  ·  drag beside it to turn  ·  wheel to zoom  ·  F1 help"
         }
     };
-    let is_new = viewer.hint && viewer.guide.is_none();
-    if is_new || viewer.tool != Tool::Grab {
+    let is_new = viewer.layout.hint && viewer.layout.guide.is_none();
+    if is_new || viewer.hand.tool != Tool::Grab {
         hint(&painter, viewer, text);
     }
     notes(ui, viewer);
-    if viewer.help {
+    if viewer.layout.help {
         help(ui, viewer);
     }
 }
@@ -67,14 +67,14 @@ fn notes(ui: &Ui, viewer: &Viewer) {
     }
     // Below the hint and the legend, above the guide.
     let top = if viewer.scale().is_some() { 78.0 } else { 50.0 };
-    let at = viewer.rect.left_top() + vec2(8.0, top);
+    let at = viewer.layout.rect.left_top() + vec2(8.0, top);
     // The pointer reaches what is behind.
     let area = Area::new(Id::unique("notes")).fixed_pos(at).interactable(false);
     area.show(ui.ctx(), |ui| {
         // On the ground of the panels, on which these colours can be read in both themes.
         let frame = Frame::new().fill(theme::PANEL).corner_radius(6.0);
         frame.inner_margin(Margin::symmetric(12, 6)).show(ui, |ui| {
-            ui.set_max_width((viewer.rect.width() - 60.0).max(100.0));
+            ui.set_max_width((viewer.layout.rect.width() - 60.0).max(100.0));
             for (text, colour) in notes {
                 let text = RichText::new(text).size(12.0).color(colour);
                 ui.add(Label::new(text).selectable(false));
@@ -137,12 +137,12 @@ fn marks(painter: &Painter, viewer: &Viewer, side: Side) {
         note(painter, at + vec2(18.0, 0.0), "most wrong", theme::BAD);
     }
     ring(viewer.session.selected(), 8.0, theme::WARN);
-    ring(viewer.hovered, 6.0, Color32::WHITE);
+    ring(viewer.hand.hovered, 6.0, Color32::WHITE);
 }
 
 /// What the mouse does between press and release: a box, a cut, or the force of a grab.
 fn gesture(painter: &Painter, viewer: &Viewer) {
-    let Some(gesture) = viewer.gesture else { return };
+    let Some(gesture) = viewer.hand.gesture else { return };
     let line = Stroke::new(1.5, Color32::WHITE);
     match gesture.action {
         Action::Select { from } => {
@@ -151,7 +151,7 @@ fn gesture(painter: &Painter, viewer: &Viewer) {
             painter.rect_stroke(area, 0.0, line, egui::StrokeKind::Middle);
         }
         Action::Cut => {
-            let path = viewer.stroke.clone();
+            let path = viewer.hand.stroke.clone();
             painter.line(path.clone(), Stroke::new(4.0, Color32::from_black_alpha(120)));
             painter.line(path, Stroke::new(2.0, theme::BAD));
         }
@@ -177,11 +177,11 @@ fn note(painter: &Painter, at: Pos2, text: &str, colour: Color32) {
 }
 
 fn hint(painter: &Painter, viewer: &Viewer, text: &str) {
-    let (rect, font) = (viewer.rect, FontId::proportional(13.0));
+    let (rect, font) = (viewer.layout.rect, FontId::proportional(13.0));
     let width = (rect.width() - 60.0).max(100.0);
     let text = painter.layout(text.to_owned(), font, Color32::WHITE, width);
     // The guide stands below.
-    let top = match viewer.guide {
+    let top = match viewer.layout.guide {
         Some(_) => rect.top() + 14.0,
         None => rect.bottom() - 24.0 - text.size().y,
     };
@@ -207,7 +207,7 @@ fn captions(painter: &Painter, viewer: &Viewer) {
         painter.galley(at, text, colour);
     }
     let stroke = Stroke::new(1.0, theme::LINE);
-    painter.vline(viewer.rect.center().x, viewer.rect.y_range(), stroke);
+    painter.vline(viewer.layout.rect.center().x, viewer.layout.rect.y_range(), stroke);
 }
 
 /// How a run is stepped, in words.
@@ -278,13 +278,13 @@ const FINGERS: [(&str, &str); 6] = [
 fn help(ui: &Ui, viewer: &mut Viewer) {
     let mut open = true;
     let window = egui::Window::new("Help").open(&mut open).collapsible(false).resizable(false);
-    let window = window.pivot(Align2::CENTER_CENTER).fixed_pos(viewer.rect.center());
+    let window = window.pivot(Align2::CENTER_CENTER).fixed_pos(viewer.layout.rect.center());
     // Below the title, whatever the height of the view.
-    let rows = ScrollArea::vertical().max_height((viewer.rect.height() - 60.0).max(60.0));
+    let rows = ScrollArea::vertical().max_height((viewer.layout.rect.height() - 60.0).max(60.0));
     window.show(ui.ctx(), |ui| {
         rows.show(ui, |ui| {
             Grid::new("help").num_columns(2).spacing([24.0, 6.0]).show(ui, |ui| {
-                let (hands, keys) = match viewer.by_touch {
+                let (hands, keys) = match viewer.layout.by_touch {
                     true => (&FINGERS[..], &[][..]),
                     false => (&MOUSE[..], KEYS),
                 };
@@ -296,5 +296,5 @@ fn help(ui: &Ui, viewer: &mut Viewer) {
             });
         });
     });
-    viewer.help &= open;
+    viewer.layout.help &= open;
 }

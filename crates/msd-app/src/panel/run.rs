@@ -23,7 +23,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         ui.heading(&*loaded.name);
         ui.add(Label::new(RichText::new(&*loaded.title).small().weak()).truncate());
     });
-    if !viewer.in_page {
+    if !viewer.layout.in_page {
         transport(ui, viewer);
     }
     speed(ui, viewer);
@@ -38,7 +38,7 @@ fn transport(ui: &mut Ui, viewer: &mut Viewer) {
         let text = if paused { "Run" } else { "Pause" };
         let pause = Button::new(text).min_size(egui::vec2(70.0, height)).selected(paused);
         let pause = ui.add(pause).on_hover_text("Space");
-        viewer.landmarks.insert("pause", pause.rect);
+        viewer.layout.landmarks.insert("pause", pause.rect);
         if pause.clicked() {
             viewer.command(Command::TogglePause);
         }

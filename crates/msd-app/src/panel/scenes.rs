@@ -68,7 +68,7 @@ fn list(ui: &mut Ui, viewer: &mut Viewer) {
     }
     ui.spacing_mut().item_spacing.y = 3.0;
     let hover = "Pictures of the scenes, and files (O)";
-    if !viewer.in_page && ui.button("Open…").on_hover_text(hover).clicked() {
+    if !viewer.layout.in_page && ui.button("Open…").on_hover_text(hover).clicked() {
         viewer.command(Command::Open);
     }
     if let Some(index) = wanted {
@@ -90,10 +90,10 @@ fn tools(ui: &mut Ui, viewer: &mut Viewer) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 3.0;
         for (tool, name, hover) in TOOLS {
-            let button = ui.selectable_label(viewer.tool == tool, name).on_hover_text(hover);
-            viewer.landmarks.insert(name, button.rect);
+            let button = ui.selectable_label(viewer.hand.tool == tool, name).on_hover_text(hover);
+            viewer.layout.landmarks.insert(name, button.rect);
             if button.clicked() {
-                viewer.tool = tool;
+                viewer.hand.tool = tool;
             }
         }
     });
@@ -147,7 +147,7 @@ fn colours(ui: &mut Ui, viewer: &mut Viewer) {
             choices.filter(clicked).last()
         });
         let response = shown.response.labelled_by(name.id).on_hover_text(meaning(now));
-        viewer.landmarks.insert("colour by", response.rect);
+        viewer.layout.landmarks.insert("colour by", response.rect);
         if let Some(choice) = shown.inner.flatten() {
             viewer.colour_by(choice);
         }
@@ -170,14 +170,15 @@ fn camera(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Camera");
     ui.horizontal(|ui| {
         let hover = "Bring everything into view (A)";
-        if !viewer.in_page && ui.button("Frame all").on_hover_text(hover).clicked() {
+        if !viewer.layout.in_page && ui.button("Frame all").on_hover_text(hover).clicked() {
             viewer.command(Command::FrameAll);
         }
-        ui.checkbox(&mut viewer.follow, "Follow").on_hover_text("Keep everything in the middle");
+        ui.checkbox(&mut viewer.aim.follow, "Follow")
+            .on_hover_text("Keep everything in the middle");
     });
     let hover = "Scene, settings and camera as a text, which the page in a browser, msd view and \
                  msd run take";
-    if !viewer.in_page && ui.button("Copy link").on_hover_text(hover).clicked() {
+    if !viewer.layout.in_page && ui.button("Copy link").on_hover_text(hover).clicked() {
         viewer.copy_link();
     }
 }
@@ -191,7 +192,7 @@ fn keep(ui: &mut Ui, viewer: &mut Viewer) {
         ("Copy command", Command::CopyCommand, "The command that shows this (Ctrl + C)"),
     ];
     for (name, command, hover) in KEEP {
-        if viewer.in_page && command == Command::SaveRun {
+        if viewer.layout.in_page && command == Command::SaveRun {
             continue;
         }
         if ui.button(name).on_hover_text(hover).clicked() {
@@ -208,7 +209,7 @@ fn film(ui: &mut Ui, viewer: &mut Viewer) {
         let [done, all] = filming.progress();
         ui.label(RichText::new(format!("frame {done} of {all}")).small().weak());
         let cancel = ui.button("Cancel film");
-        viewer.landmarks.insert("cancel film", cancel.rect);
+        viewer.layout.landmarks.insert("cancel film", cancel.rect);
         if cancel.clicked() {
             filming.cancel();
         }
@@ -224,7 +225,7 @@ fn film(ui: &mut Ui, viewer: &mut Viewer) {
         for (name, hover, format) in FORMATS {
             let hover = format!("Film what the timeline holds, as it is looked at now, {hover}");
             let button = ui.button(name).on_hover_text(hover);
-            viewer.landmarks.insert(name, button.rect);
+            viewer.layout.landmarks.insert(name, button.rect);
             if button.clicked() {
                 viewer.film(format);
             }
@@ -235,11 +236,11 @@ fn film(ui: &mut Ui, viewer: &mut Viewer) {
 /// How the window itself looks.
 fn window(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Window");
-    let light = ui.checkbox(&mut viewer.light, "Light");
-    viewer.landmarks.insert("light", light.rect);
+    let light = ui.checkbox(&mut viewer.layout.light, "Light");
+    viewer.layout.landmarks.insert("light", light.rect);
     let hover = "Fill the screen (F11)";
-    ui.checkbox(&mut viewer.full_screen, "Full screen").on_hover_text(hover);
-    if !viewer.in_page {
+    ui.checkbox(&mut viewer.wishes.full_screen, "Full screen").on_hover_text(hover);
+    if !viewer.layout.in_page {
         ui.horizontal(|ui| {
             if ui.button("Hide panels").on_hover_text("H brings them back").clicked() {
                 viewer.command(Command::Panels);

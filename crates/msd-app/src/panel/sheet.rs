@@ -31,7 +31,7 @@ const SHEETS: [Sheet; 5] = [
         trade::stacked(ui, viewer);
     }),
     ("Energy", |ui, viewer| energy::show(ui, viewer)),
-    ("View", |ui, viewer| match viewer.in_page {
+    ("View", |ui, viewer| match viewer.layout.in_page {
         // The bar has a list of scenes.
         true => scenes::view(ui, viewer),
         false => scenes::show(ui, viewer),
@@ -52,7 +52,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer, frame: Frame) {
     };
     panel.resizable(false).frame(frame).show(ui, |ui| {
         tabs(ui, viewer);
-        let (name, contents) = SHEETS[viewer.sheet];
+        let (name, contents) = SHEETS[viewer.layout.sheet];
         let area = ScrollArea::vertical().id_salt(name).auto_shrink([false, false]);
         scroll(ui, area, |ui| {
             // What it is wider than the panel of a desktop.
@@ -69,9 +69,9 @@ fn tabs(ui: &mut Ui, viewer: &mut Viewer) {
         let count = SHEETS.len() as f32;
         let width = (ui.available_width() - 2.0 * (count - 1.0)) / count;
         for (at, (name, _)) in SHEETS.into_iter().enumerate() {
-            let tab = Button::selectable(viewer.sheet == at, name);
+            let tab = Button::selectable(viewer.layout.sheet == at, name);
             if ui.add(tab.min_size(vec2(width, theme::FINGER))).clicked() {
-                viewer.sheet = at;
+                viewer.layout.sheet = at;
             }
         }
     });

@@ -85,7 +85,7 @@ fn findings(ui: &mut Ui, session: &Session) {
 /// below them.
 pub(super) fn scrolled(ui: &mut Ui, viewer: &mut Viewer, show: impl FnOnce(&mut Ui, &mut Viewer)) {
     let room = ui.available_height();
-    if viewer.is_folded {
+    if viewer.layout.is_folded {
         let frame = Frame::new().inner_margin(Margin { top: 5, ..Margin::ZERO });
         let panel = Panel::bottom("summary").resizable(false).frame(frame);
         panel.show(ui, |ui| main_numbers(ui, &viewer.session));
@@ -96,8 +96,8 @@ pub(super) fn scrolled(ui: &mut Ui, viewer: &mut Viewer, show: impl FnOnce(&mut 
     let area = ScrollArea::vertical().id_salt("right").auto_shrink([false, false]);
     let shown = super::scroll(ui, area, |ui| show(ui, viewer));
     let is_folded = room + 1.0 < shown.content_size.y;
-    if is_folded != viewer.is_folded {
-        viewer.is_folded = is_folded;
+    if is_folded != viewer.layout.is_folded {
+        viewer.layout.is_folded = is_folded;
         ui.ctx().request_repaint();
     }
 }

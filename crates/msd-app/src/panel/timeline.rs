@@ -27,7 +27,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         let shown = ui.add_enabled(0 < back + ahead, slider);
         let shown = shown.on_hover_text(hover).on_disabled_hover_text(hover);
         shown.widget_info(|| egui::WidgetInfo::slider(true, at as f64, "Timeline"));
-        viewer.landmarks.insert("timeline", shown.rect);
+        viewer.layout.landmarks.insert("timeline", shown.rect);
         let marks: Vec<Mark> = session.marks().collect();
         let latest = session.runner().steps() + ahead as u64;
         draw(ui, shown.rect, &marks, (latest, whole.unsigned_abs()));
@@ -45,7 +45,7 @@ fn undo(ui: &mut Ui, viewer: &mut Viewer) {
     for (name, deed, key, command) in buttons {
         let what = deed.map_or(String::new(), |deed| format!(": {}", deed.words()));
         let button = Button::new(name);
-        let button = if viewer.by_touch { button } else { button.small() };
+        let button = if viewer.layout.by_touch { button } else { button.small() };
         let button = ui.add_enabled(deed.is_some(), button);
         if button.on_hover_text(format!("{name}{what} ({key})")).clicked() {
             viewer.command(command);

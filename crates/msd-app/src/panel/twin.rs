@@ -29,7 +29,7 @@ pub(super) fn begin(ui: &mut Ui, viewer: &mut Viewer) {
     let settings = session.runner().settings();
     let other = opponent(settings.integrator);
     let button = ui.button(format!("Twin: beside {}", other.name())).on_hover_text(HOVER);
-    viewer.landmarks.insert("twin", button.rect);
+    viewer.layout.landmarks.insert("twin", button.rect);
     if button.clicked() {
         session.set_twin(Some(Settings { integrator: other, ..settings }));
     }
@@ -64,7 +64,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     if super::slider(ui, ("Its substeps", hover), slider).changed() {
         session.set_twin(Some(Settings { substeps, ..now }));
     }
-    let mut beside = viewer.side_by_side;
+    let mut beside = viewer.layout.side_by_side;
     let hover = "Two pictures, the run on the left and the twin on the right, by the same camera \
                  and under the same hands; else the twin is drawn as points over the run";
     if ui.checkbox(&mut beside, "Side by side").on_hover_text(hover).changed() {
@@ -116,7 +116,7 @@ pub(super) fn ghost(painter: &Painter, viewer: &Viewer) {
     let mut mesh = Mesh::default();
     for position in positions.iter().step_by(every) {
         if let Some(at) = viewport.project(Vec3::from_array(*position))
-            && viewer.rect.contains(at)
+            && viewer.layout.rect.contains(at)
         {
             point(&mut mesh, at);
         }
@@ -124,7 +124,7 @@ pub(super) fn ghost(painter: &Painter, viewer: &Viewer) {
     painter.add(mesh);
     let text = format!("{} as points", twin.settings().integrator.name());
     let font = egui::FontId::proportional(11.0);
-    let corner = viewer.rect.right_top() + vec2(-12.0, 12.0);
+    let corner = viewer.layout.rect.right_top() + vec2(-12.0, 12.0);
     painter.text(corner, egui::Align2::RIGHT_TOP, text, font, GHOST);
 }
 

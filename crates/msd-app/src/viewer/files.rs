@@ -2,6 +2,7 @@
 
 use super::scene_text::{says, with_values};
 use super::{Command, Viewer};
+use crate::link::OwnScene;
 use msd_core::Settings;
 use msd_run::Runner;
 use msd_run::recording::ENDING;
@@ -32,6 +33,19 @@ impl FilesRead {
     }
 }
 
+/// What the session was made from.
+#[derive(Debug)]
+pub(super) struct SceneSource {
+    /// The scene that is not in the catalogue: of a file or a mesh.
+    pub(super) opened: Option<Loaded>,
+    /// What it was read from where that is no file on this machine, or why a link cannot hold it.
+    pub(super) own: Option<Result<OwnScene, String>>,
+    /// The entry of the catalogue that runs; `None` for the opened one.
+    pub(super) current: Option<usize>,
+    /// The files of the scene, as they were when they were read.
+    pub(super) watch: FilesRead,
+}
+
 impl Viewer {
     /// Opens a scene file, a mesh or a saved run; returns whether it did. A line says why one
     /// cannot be opened, and what runs goes on.
@@ -53,16 +67,16 @@ impl Viewer {
     /// Whether a file of the scene has changed since it was read, and is there.
     pub fn is_edited(&self) -> bool {
         let now = FilesRead::of(&self.session.loaded().files);
-        let mut pairs = now.stamps.iter().zip(&self.watch.stamps);
+        let mut pairs = now.stamps.iter().zip(&self.source.watch.stamps);
         pairs.any(|(now, read)| now.is_some() && now != read)
     }
 
     /// Reads the scene again once a file of it was edited; `real` seconds of wall clock have
     /// passed.
     pub fn follow_files(&mut self, real: f64) {
-        self.watch.since += real;
-        if WATCHED_EVERY <= self.watch.since {
-            self.watch.since = 0.0;
+        self.source.watch.since += real;
+        if WATCHED_EVERY <= self.source.watch.since {
+            self.source.watch.since = 0.0;
             if self.is_edited() {
                 self.reload();
             }
@@ -75,7 +89,7 @@ impl Viewer {
         let files = self.session.loaded().files.clone();
         let Some(path) = files.first() else { return self.restart() };
         // Before it is read: what is written meanwhile is another edit.
-        self.watch = FilesRead::of(&files);
+        self.source.watch = FilesRead::of(&files);
         let loaded = match msd_scene::open(path) {
             Ok(loaded) => loaded,
             Err(error) => {
@@ -84,9 +98,11 @@ impl Viewer {
             }
         };
         let selected = self.session.selected();
-        let kept = (self.camera, self.framed, self.unframed, self.aimed, self.beside);
+        let kept =
+            (self.camera, self.aim.framed, self.aim.unframed, self.aim.aimed, self.aim.beside);
         if self.show_opened(loaded, None) {
-            (self.camera, self.framed, self.unframed, self.aimed, self.beside) = kept;
+            (self.camera, self.aim.framed, self.aim.unframed, self.aim.aimed, self.aim.beside) =
+                kept;
             self.session.select_particle(selected);
             self.note = Some(format!("read again: {}", shown(path)));
         }
@@ -118,7 +134,7 @@ impl Viewer {
             }),
             _ => self.command_line().map(|line| {
                 let text = format!("copied: {line}");
-                self.clipboard = Some(line);
+                self.wishes.clipboard = Some(line);
                 text
             }),
         };
@@ -129,7 +145,7 @@ impl Viewer {
     pub fn copy_link(&mut self) {
         self.note = Some(match self.link() {
             Ok(link) => {
-                self.clipboard = Some(link.to_string());
+                self.wishes.clipboard = Some(link.to_string());
                 "link copied".to_owned()
             }
             Err(why) => why,

@@ -165,7 +165,7 @@ impl Viewer {
             },
             // The legend is in the pictures, as they have no panels.
             view: View { camera: self.camera, style: Style { legend: true, ..self.style } },
-            beside: self.follow.then(|| self.beside_middle()),
+            beside: self.aim.follow.then(|| self.beside_middle()),
             about,
             path: path.clone(),
             kind,

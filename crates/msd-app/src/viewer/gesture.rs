@@ -16,6 +16,21 @@ pub enum Tool {
     Cut,
 }
 
+/// What the pointer does in the picture.
+#[derive(Debug, Default)]
+pub struct PointerState {
+    /// What a left drag does.
+    pub tool: Tool,
+    /// What the mouse does between press and release.
+    pub(crate) gesture: Option<Gesture>,
+    /// Where a cut went so far, points of the window.
+    pub(crate) stroke: Vec<Pos2>,
+    /// The particle under the pointer.
+    pub(crate) hovered: Option<usize>,
+    /// The solid under the pointer, if no particle is.
+    pub(crate) hovered_solid: Option<usize>,
+}
+
 /// What a pressed button does until it is released.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Gesture {

@@ -20,6 +20,29 @@ const ARRIVED: f32 = 2e-4;
 /// A scene that is so many times as large as at its start has blown up.
 const DEBRIS: f64 = 10.0;
 
+/// What the camera follows.
+#[derive(Debug)]
+pub struct Aim {
+    /// Whether it keeps everything in the middle of the picture.
+    pub follow: bool,
+    /// Whether the scene is to be brought into view once the size of the window is known.
+    pub(super) unframed: bool,
+    /// The camera as it brought the scene into view.
+    pub(super) framed: Camera,
+    /// Where it was left looking, and how far beside everything the user moved it.
+    pub(super) aimed: Vec3,
+    pub(super) beside: Vec3,
+    /// Whether it is still on its way.
+    pub(super) is_gliding: bool,
+}
+
+impl Default for Aim {
+    fn default() -> Self {
+        let (framed, aimed, beside) = (Camera::default(), Vec3::ZERO, Vec3::ZERO);
+        Aim { follow: true, unframed: true, framed, aimed, beside, is_gliding: false }
+    }
+}
+
 impl Viewer {
     /// Brings every particle, the solids near by and the ground below into view.
     pub fn frame_all(&mut self) {
@@ -29,7 +52,7 @@ impl Viewer {
         self.camera.frame(subject, aspect);
         // Room for what it is about to do.
         self.camera.zoom(1.35);
-        (self.aimed, self.beside) = (self.camera.target, Vec3::ZERO);
+        (self.aim.aimed, self.aim.beside) = (self.camera.target, Vec3::ZERO);
     }
 
     /// The box around every particle, the solids near by and the ground below: low and high corner,
@@ -53,15 +76,15 @@ impl Viewer {
 
     /// Brings a new scene into view once the size of the window is known.
     pub(crate) fn frame_once(&mut self) {
-        if self.unframed && self.rect.is_positive() {
-            self.unframed = false;
+        if self.aim.unframed && self.layout.rect.is_positive() {
+            self.aim.unframed = false;
             self.camera = Camera::default();
             let viewpoint = self.session.loaded().camera;
             turn_to(&mut self.camera, viewpoint);
             self.frame_all();
             // Beside the middle of everything, which a camera that follows is aimed at.
             go_to(&mut self.camera, viewpoint);
-            self.framed = self.camera;
+            self.aim.framed = self.camera;
             if let Some(&outlook) = self.preferences.cameras.get(&self.session.loaded().name) {
                 self.look_again(outlook);
             }
@@ -72,13 +95,13 @@ impl Viewer {
     /// the middle was elsewhere when it was left.
     fn look_again(&mut self, outlook: Outlook) {
         // A scene may say where its own camera looks; all of it was framed before.
-        let middle = self.aimed;
+        let middle = self.aim.aimed;
         self.camera = outlook.camera();
-        if self.follow {
-            self.beside = outlook.beside.into();
-            self.camera.target = middle + self.beside;
+        if self.aim.follow {
+            self.aim.beside = outlook.beside.into();
+            self.camera.target = middle + self.aim.beside;
         }
-        self.aimed = self.camera.target;
+        self.aim.aimed = self.camera.target;
     }
 
     /// From where the scene is looked at now.
@@ -96,9 +119,10 @@ impl Viewer {
     /// Remembers how the scene is looked at, if the user chose that.
     pub(super) fn keep_camera(&mut self) {
         let look = |camera: &Camera| (camera.yaw, camera.pitch, camera.distance);
-        let is_moved = look(&self.camera) != look(&self.framed) || self.beside != Vec3::ZERO;
-        if !self.unframed && is_moved {
-            let outlook = Outlook::of(&self.camera, self.beside);
+        let is_moved =
+            look(&self.camera) != look(&self.aim.framed) || self.aim.beside != Vec3::ZERO;
+        if !self.aim.unframed && is_moved {
+            let outlook = Outlook::of(&self.camera, self.aim.beside);
             self.preferences.keep_outlook(&self.session.loaded().name, outlook);
         }
     }
@@ -110,17 +134,17 @@ impl Viewer {
     /// away comes back into the picture. A camera that the user moved aside stays aside.
     pub fn look(&mut self, real: f64) {
         self.sharpness.follow(self.quality, self.session.pace());
-        if self.side_by_side && self.session.twin().is_none() {
+        if self.layout.side_by_side && self.session.twin().is_none() {
             self.set_side_by_side(false);
         }
-        self.beside += self.camera.target - self.aimed;
-        self.aimed = self.camera.target;
+        self.aim.beside += self.camera.target - self.aim.aimed;
+        self.aim.aimed = self.camera.target;
         if let Some(height) = self.ground() {
             self.camera.rise_above(height);
         }
-        self.is_gliding = false;
-        if !self.follow {
-            self.beside = Vec3::ZERO;
+        self.aim.is_gliding = false;
+        if !self.aim.follow {
+            self.aim.beside = Vec3::ZERO;
             return;
         }
         // While something is held the picture stays still.
@@ -133,13 +157,13 @@ impl Viewer {
         if DEBRIS * size < f64::from((high - low).max_element()) {
             return;
         }
-        let way = (low + high) * 0.5 + self.beside - self.camera.target;
+        let way = (low + high) * 0.5 + self.aim.beside - self.camera.target;
         let left = way * (-real / FOLLOW_TIME).exp() as f32;
         let part = way - left.clamp_length_max(BEHIND * self.camera.distance);
         if part.is_finite() {
             self.camera.target += part;
-            self.aimed = self.camera.target;
-            self.is_gliding = ARRIVED * self.camera.distance < (way - part).length();
+            self.aim.aimed = self.camera.target;
+            self.aim.is_gliding = ARRIVED * self.camera.distance < (way - part).length();
         }
     }
 
@@ -152,12 +176,12 @@ impl Viewer {
             msd_render::bounds(&simulation.snapshot())
         });
         let bodies = bodies.map_or(everything, |(low, high)| (low + high) * 0.5);
-        self.beside + everything - bodies
+        self.aim.beside + everything - bodies
     }
 
     /// Whether the camera is still on its way to what it follows, and wants more frames.
     pub fn is_gliding(&self) -> bool {
-        self.is_gliding
+        self.aim.is_gliding
     }
 }
 

@@ -20,10 +20,10 @@ pub use command::Command;
 #[cfg(not(target_arch = "wasm32"))]
 pub use filming::{FilmFormat, Filming};
 pub use gallery::{Gallery, Picture};
-pub use gesture::Tool;
 pub(crate) use gesture::{Action, Gesture};
+pub use gesture::{PointerState, Tool};
 pub use guide::{Guide, GuideStep};
-pub use look::{go_to, turn_to};
+pub use look::{Aim, go_to, turn_to};
 pub use preferences::{Outlook, Preferences};
 pub use sides::Side;
 pub use viewport::{Sharpness, Viewport};
@@ -31,6 +31,7 @@ pub use viewport::{Sharpness, Viewport};
 use crate::link::{Changes, Link, LinkError, Look, OwnScene};
 use crate::session::{ErrorNow, ErrorReading, Session};
 use egui::Rect;
+use files::{FilesRead, SceneSource};
 use glam::Vec3;
 use msd_render::{Camera, Quality, Quantity, Scale, Style};
 use msd_run::on;
@@ -45,8 +46,12 @@ use std::path::{Path, PathBuf};
 pub struct Viewer {
     /// What runs.
     pub session: Session,
+    /// What it was made from.
+    source: SceneSource,
     /// From where it is seen.
     pub camera: Camera,
+    /// What the camera follows.
+    pub aim: Aim,
     /// What of it is shown.
     pub style: Style,
     /// How much a picture may cost, by what draws it.
@@ -55,8 +60,26 @@ pub struct Viewer {
     pub sharpness: Sharpness,
     /// The scenes of the list.
     pub catalogue: Catalogue,
-    /// Whether the camera keeps everything in the middle of the picture.
-    pub follow: bool,
+    /// What is around the picture.
+    pub layout: Layout,
+    /// What the pointer does in the picture.
+    pub hand: PointerState,
+    /// What is remembered from one start to the next.
+    pub preferences: Preferences,
+    /// The film that is being written.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub filming: Option<Filming>,
+    /// What the system is to do.
+    pub wishes: Wishes,
+    /// What was done last, for the user.
+    pub note: Option<String>,
+    /// Where recordings go: the folder that the program was started in.
+    pub folder: PathBuf,
+}
+
+/// What is around the picture.
+#[derive(Debug)]
+pub struct Layout {
     /// Whether a twin is shown beside the run, not as points over it.
     pub side_by_side: bool,
     /// Whether the panels are shown.
@@ -71,64 +94,55 @@ pub struct Viewer {
     pub light: bool,
     /// Whether how bodies look can be set: the controls of it take room.
     pub looks: bool,
-    /// Whether the window is to fill the screen.
-    pub full_screen: bool,
-    /// What is remembered from one start to the next.
-    pub preferences: Preferences,
-    /// The guide, while it is offered.
-    pub guide: Option<Guide>,
-    /// The gallery, while it is open.
-    pub gallery: Option<Gallery>,
-    /// The film that is being written.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub filming: Option<Filming>,
-    /// A text that is to be put on the clipboard.
-    pub clipboard: Option<String>,
-    /// What was done last, for the user.
-    pub note: Option<String>,
     /// Whether the help is open.
     pub help: bool,
     /// Whether the hint for new users is shown: until something was grabbed.
     pub hint: bool,
+    /// The guide, while it is offered.
+    pub guide: Option<Guide>,
+    /// The gallery, while it is open.
+    pub gallery: Option<Gallery>,
     /// Whether the scene fills the window, without panels.
     pub bare: bool,
     /// Whether the panel of numbers is longer than the window.
     pub(crate) is_folded: bool,
-    /// Whether the user asked to close the window.
-    pub quit: bool,
-    /// Where recordings go: the folder that the program was started in.
-    pub folder: PathBuf,
     /// The part of the window that shows the scene, points.
     pub rect: Rect,
     /// Where widgets are, points: for tests that drive the window from outside.
     pub landmarks: BTreeMap<&'static str, Rect>,
-    /// What a left drag does.
-    pub tool: Tool,
-    /// What the mouse does between press and release.
-    pub(crate) gesture: Option<Gesture>,
-    /// Where a cut went so far, points of the window.
-    pub(crate) stroke: Vec<egui::Pos2>,
-    /// The particle under the pointer.
-    pub(crate) hovered: Option<usize>,
-    /// The solid under the pointer, if no particle is.
-    pub(crate) hovered_solid: Option<usize>,
-    /// Whether the scene is to be brought into view once the size of the window is known.
-    unframed: bool,
-    /// The camera as it brought the scene into view.
-    framed: Camera,
-    /// The scene that is not in the catalogue: of a file or a mesh.
-    opened: Option<Loaded>,
-    /// What it was read from where that is no file on this machine, or why a link cannot hold it.
-    own: Option<Result<OwnScene, String>>,
-    /// The entry of the catalogue that runs; `None` for the opened one.
-    current: Option<usize>,
-    /// Where the camera was left looking, and how far beside everything the user moved it.
-    aimed: Vec3,
-    beside: Vec3,
-    /// Whether the camera is still on its way.
-    is_gliding: bool,
-    /// The files of the scene, as they were when they were read.
-    watch: files::FilesRead,
+}
+
+impl Default for Layout {
+    fn default() -> Self {
+        Layout {
+            side_by_side: false,
+            panels: true,
+            sheet: 0,
+            by_touch: false,
+            in_page: false,
+            light: false,
+            looks: false,
+            help: false,
+            hint: true,
+            guide: None,
+            gallery: None,
+            bare: false,
+            is_folded: false,
+            rect: Rect::ZERO,
+            landmarks: BTreeMap::new(),
+        }
+    }
+}
+
+/// What the system is to do for the user.
+#[derive(Debug, Default)]
+pub struct Wishes {
+    /// A text that is to be put on the clipboard.
+    pub clipboard: Option<String>,
+    /// Whether the window is to fill the screen.
+    pub full_screen: bool,
+    /// Whether the user asked to close the window.
+    pub quit: bool,
 }
 
 /// What colours stand for in a scene unless the user says otherwise: in the flat squares the
@@ -156,50 +170,27 @@ impl Viewer {
         let current = listed.filter(|_| loaded.progress.is_none());
         let colour_by = usual_colours(&loaded.name);
         Ok(Viewer {
-            opened: current.is_none().then(|| loaded.clone()),
-            own: None,
-            current,
-            watch: files::FilesRead::of(&loaded.files),
+            source: SceneSource {
+                opened: current.is_none().then(|| loaded.clone()),
+                own: None,
+                current,
+                watch: FilesRead::of(&loaded.files),
+            },
             session: Session::new(loaded)?,
             camera: Camera::default(),
+            aim: Aim::default(),
             style: Style { legend: false, colour_by, ..Style::default() },
             quality: Quality::Full,
             sharpness: Sharpness::default(),
             catalogue,
-            follow: true,
-            side_by_side: false,
-            panels: true,
-            sheet: 0,
-            by_touch: false,
-            in_page: false,
-            light: false,
-            looks: false,
-            full_screen: false,
+            layout: Layout::default(),
+            hand: PointerState::default(),
             preferences: Preferences::default(),
-            guide: None,
-            gallery: None,
             #[cfg(not(target_arch = "wasm32"))]
             filming: None,
-            clipboard: None,
+            wishes: Wishes::default(),
             note: None,
-            help: false,
-            hint: true,
-            bare: false,
-            is_folded: false,
-            quit: false,
             folder: PathBuf::new(),
-            rect: Rect::ZERO,
-            landmarks: BTreeMap::new(),
-            tool: Tool::default(),
-            gesture: None,
-            stroke: Vec::new(),
-            hovered: None,
-            hovered_solid: None,
-            unframed: true,
-            framed: Camera::default(),
-            aimed: Vec3::ZERO,
-            beside: Vec3::ZERO,
-            is_gliding: false,
         })
     }
 
@@ -210,7 +201,7 @@ impl Viewer {
 
     /// Whether keys are for a control: nothing typed over the gallery is for the scene behind it.
     pub fn takes_keys(&self, context: &egui::Context) -> bool {
-        context.egui_wants_keyboard_input() || self.gallery.is_some()
+        context.egui_wants_keyboard_input() || self.layout.gallery.is_some()
     }
 
     /// Does what a key or a button asks for.
@@ -251,12 +242,12 @@ impl Viewer {
             Command::Closer(steps) => self.camera.zoom((-f32::from(steps) * TURN).exp()),
             Command::Scene(index) => _ = self.open_entry(index),
             Command::Tool(tool) => {
-                self.tool = if self.tool == tool { Tool::Grab } else { tool };
+                self.hand.tool = if self.hand.tool == tool { Tool::Grab } else { tool };
             }
             Command::Escape => self.escape(),
             Command::Open => {
                 let entries = &self.catalogue.entries;
-                self.gallery = match self.gallery.take() {
+                self.layout.gallery = match self.layout.gallery.take() {
                     Some(_) => None,
                     None => Some(Gallery::open(entries, &self.folder)),
                 };
@@ -265,11 +256,13 @@ impl Viewer {
                 self.file_command(command);
             }
             // It names controls of the panels.
-            Command::Guide => (self.guide, self.panels) = (Some(Guide::default()), true),
-            Command::FullScreen => self.full_screen = !self.full_screen,
-            Command::Panels => self.panels = !self.panels,
-            Command::Help => self.help = !self.help,
-            Command::Quit => self.quit = true,
+            Command::Guide => {
+                (self.layout.guide, self.layout.panels) = (Some(Guide::default()), true)
+            }
+            Command::FullScreen => self.wishes.full_screen = !self.wishes.full_screen,
+            Command::Panels => self.layout.panels = !self.layout.panels,
+            Command::Help => self.layout.help = !self.layout.help,
+            Command::Quit => self.wishes.quit = true,
         }
     }
 
@@ -352,28 +345,28 @@ impl Viewer {
 
     /// Ends a gesture: what it held may be gone.
     pub(crate) fn let_go(&mut self) {
-        self.gesture = None;
-        self.stroke.clear();
-        (self.hovered, self.hovered_solid) = (None, None);
+        self.hand.gesture = None;
+        self.hand.stroke.clear();
+        (self.hand.hovered, self.hand.hovered_solid) = (None, None);
     }
 
     fn pin(&mut self) {
         let session = &mut self.session;
-        let particle = session.held().or(self.hovered).or(session.selected());
+        let particle = session.held().or(self.hand.hovered).or(session.selected());
         if let Some(particle) = particle {
             session.pin_toggle(particle);
         }
         if !session.is_holding() {
-            self.gesture = None;
+            self.hand.gesture = None;
         }
     }
 
     fn escape(&mut self) {
         self.let_go();
         self.session.deselect();
-        self.tool = Tool::Grab;
-        (self.note, self.gallery) = (None, None);
-        self.help = false;
+        self.hand.tool = Tool::Grab;
+        (self.note, self.layout.gallery) = (None, None);
+        self.layout.help = false;
     }
 
     /// Opens a scene of the list; returns whether it did.
@@ -397,24 +390,24 @@ impl Viewer {
         let kept = loaded.clone();
         let is_shown = self.open(Ok(loaded), None);
         if is_shown {
-            (self.opened, self.own) = (Some(kept), own);
+            (self.source.opened, self.source.own) = (Some(kept), own);
         }
         is_shown
     }
 
     /// The scene that is not in the catalogue, if one was opened.
     pub fn opened(&self) -> Option<&Loaded> {
-        self.opened.as_ref()
+        self.source.opened.as_ref()
     }
 
     /// The entry of the catalogue that runs; `None` for the opened scene.
     pub fn current(&self) -> Option<usize> {
-        self.current
+        self.source.current
     }
 
     /// Returns to the scene that is not in the catalogue.
     pub fn reopen(&mut self) {
-        if let Some(loaded) = self.opened.clone() {
+        if let Some(loaded) = self.source.opened.clone() {
             self.open(Ok(loaded), None);
         }
     }
@@ -427,15 +420,15 @@ impl Viewer {
             loaded.and_then(|loaded| self.session.open(loaded).map_err(|error| error.to_string()));
         match result {
             Ok(()) => {
-                self.current = index;
-                self.watch = files::FilesRead::of(&self.session.loaded().files);
+                self.source.current = index;
+                self.source.watch = files::FilesRead::of(&self.session.loaded().files);
                 self.note = None;
                 let usual = usual_colours(&self.session.loaded().name);
                 // What the user chose stays between scenes of the same kind.
                 let colours = if usual == before { self.style.colour_by } else { usual };
                 self.colour_by(colours);
                 self.let_go();
-                self.unframed = true;
+                self.aim.unframed = true;
                 self.frame_once();
                 true
             }
@@ -454,13 +447,13 @@ impl Viewer {
     pub fn link(&self) -> Result<Link, String> {
         let (session, camera) = (&self.session, self.camera);
         let name = &session.loaded().name;
-        let target = if self.follow { self.beside } else { camera.target };
+        let target = if self.aim.follow { self.aim.beside } else { camera.target };
         let look = Look {
             target: target.to_array(),
             distance: camera.distance,
             yaw: camera.yaw,
             pitch: camera.pitch,
-            follow: self.follow,
+            follow: self.aim.follow,
             shown: shown_bits(self.style),
         };
         let changes = Changes {
@@ -473,10 +466,10 @@ impl Viewer {
             look,
             set: session.material().set().clone(),
         };
-        if self.current.is_some() {
+        if self.source.current.is_some() {
             return Link { scene: name.clone(), own: None, changes: Some(changes) }.checked();
         }
-        Link::to_own(OwnScene::of(session.loaded(), self.own.as_ref())?, changes)
+        Link::to_own(OwnScene::of(session.loaded(), self.source.own.as_ref())?, changes)
     }
 
     /// Opens the scene of a link, set up and looked at as it says.
@@ -523,8 +516,8 @@ impl Viewer {
         let mut viewer = Viewer::new(loaded, catalogue).map_err(|error| error.to_string())?;
         if opened.is_some() {
             // It may be called as a built-in scene is.
-            (viewer.current, viewer.opened) = (None, opened);
-            viewer.own = link.own.clone().map(Ok);
+            (viewer.source.current, viewer.source.opened) = (None, opened);
+            viewer.source.own = link.own.clone().map(Ok);
         }
         viewer.set_up(link);
         Ok(viewer)
@@ -540,14 +533,14 @@ impl Viewer {
         let Look { target, distance, yaw, pitch, follow, shown } = changes.look;
         show_bits(&mut self.style, shown);
         self.colour_by(self.style.colour_by);
-        self.follow = follow;
+        self.aim.follow = follow;
         let middle = self.subject().map_or(Vec3::ZERO, |(low, high)| (low + high) * 0.5);
         let target = Vec3::from(target);
-        self.beside = if follow { target } else { Vec3::ZERO };
-        self.aimed = if follow { middle + target } else { target };
+        self.aim.beside = if follow { target } else { Vec3::ZERO };
+        self.aim.aimed = if follow { middle + target } else { target };
         let fov_deg = Camera::default().fov_deg;
-        self.camera = Camera { target: self.aimed, distance, yaw, pitch, fov_deg };
-        self.unframed = false;
+        self.camera = Camera { target: self.aim.aimed, distance, yaw, pitch, fov_deg };
+        self.aim.unframed = false;
     }
 
     /// Opens a scene file, a mesh or a saved run from the bytes of a file called `name`.
@@ -565,14 +558,14 @@ impl Viewer {
 
     /// Ends the guide, which is not offered again by itself.
     pub fn end_guide(&mut self) {
-        self.guide = None;
+        self.layout.guide = None;
         self.preferences.is_guided = true;
     }
 
     /// Takes over what was remembered.
     pub fn set_preferences(&mut self, preferences: Preferences) {
-        (self.light, self.panels) = (preferences.light, preferences.panels);
-        self.guide = (!preferences.is_guided).then(Guide::default);
+        (self.layout.light, self.layout.panels) = (preferences.light, preferences.panels);
+        self.layout.guide = (!preferences.is_guided).then(Guide::default);
         self.preferences = preferences;
     }
 
@@ -584,9 +577,9 @@ impl Viewer {
         let scene = file
             .map_or(self.session.loaded().name.clone(), |file| file.to_string_lossy().into_owned());
         let preferences = &mut self.preferences;
-        (preferences.light, preferences.panels) = (self.light, self.panels);
+        (preferences.light, preferences.panels) = (self.layout.light, self.layout.panels);
         (preferences.scale, preferences.scene) = (scale, Some(scene));
-        if !self.full_screen {
+        if !self.wishes.full_screen {
             preferences.size = Some(size);
         }
         preferences

@@ -17,7 +17,7 @@ pub enum Side {
 impl Viewer {
     /// What the picture shows, from left to right.
     pub fn sides(&self) -> &'static [Side] {
-        match self.side_by_side && self.session.twin().is_some() {
+        match self.layout.side_by_side && self.session.twin().is_some() {
             true => &[Side::Run, Side::Twin],
             false => &[Side::Run],
         }
@@ -26,7 +26,7 @@ impl Viewer {
     /// Shows the twin beside the run, or as points over it.
     pub fn set_side_by_side(&mut self, on: bool) {
         self.let_go();
-        self.side_by_side = on;
+        self.layout.side_by_side = on;
         self.frame_all();
     }
 
@@ -40,7 +40,7 @@ impl Viewer {
 
     /// The camera, the same for both, and where the picture of a side is.
     pub fn viewport_of(&self, side: Side) -> Viewport {
-        let (whole, middle) = (self.rect, self.rect.center().x);
+        let (whole, middle) = (self.layout.rect, self.layout.rect.center().x);
         let rect = match (self.sides(), side) {
             ([_], _) => whole,
             (_, Side::Run) => Rect::from_min_max(whole.min, pos2(middle, whole.bottom())),
@@ -57,7 +57,7 @@ impl Viewer {
     /// The side that a point of the window is on.
     pub fn side_at(&self, at: Pos2) -> Side {
         match self.sides() {
-            [_, _] if self.rect.center().x <= at.x => Side::Twin,
+            [_, _] if self.layout.rect.center().x <= at.x => Side::Twin,
             _ => Side::Run,
         }
     }

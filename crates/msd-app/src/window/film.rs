@@ -76,7 +76,7 @@ impl Film {
         self.canvas.take_textures(&mut painting);
         self.canvas.draw(&self.sheet.target(), self.sheet.size(), &self.viewer, &painting);
         self.canvas.free_textures(&mut painting);
-        if let Some(gallery) = &mut self.viewer.gallery {
+        if let Some(gallery) = &mut self.viewer.layout.gallery {
             gallery.draw_next(&self.canvas.gpu, &self.context);
         }
         self.sheet.read(&self.canvas.gpu)

@@ -294,10 +294,10 @@ impl Shell {
         };
         let viewer = &mut self.viewer;
         self.rehearsed = None;
-        panel::theme::choose(&self.context, viewer.light);
+        panel::theme::choose(&self.context, viewer.layout.light);
         let raw = web::adapted(input.take_egui_input(window), &self.context);
         let output = self.context.run_ui(raw, |ui| {
-            if !viewer.bare && panel::rehearse(ui, viewer, piece) {
+            if !viewer.layout.bare && panel::rehearse(ui, viewer, piece) {
                 self.rehearsed = Some(piece + 1);
             } else {
                 panel::show(ui, viewer);
@@ -353,7 +353,7 @@ impl Shell {
         let laid_out = stopwatch();
         surface.paint(viewer, painting);
         #[cfg(not(target_arch = "wasm32"))]
-        if let Some(gallery) = &mut viewer.gallery {
+        if let Some(gallery) = &mut viewer.layout.gallery {
             gallery.draw_next(surface.gpu(), &self.context);
         }
         let parts = [stepped, laid_out - stepped, stopwatch() - laid_out];
@@ -363,7 +363,7 @@ impl Shell {
             watch(viewer, pixels_per_point, focus);
         }
         self.keep();
-        if self.viewer.quit {
+        if self.viewer.wishes.quit {
             return event_loop.exit();
         }
         #[cfg(not(target_arch = "wasm32"))]
@@ -473,7 +473,7 @@ fn lay_out(
     take_drops(&raw, viewer);
     viewer.follow_files(real);
     let mut stepped = None;
-    panel::theme::choose(context, viewer.light);
+    panel::theme::choose(context, viewer.layout.light);
     let mut output = context.run_ui(raw, |ui| {
         // egui may lay out a frame twice: the pointer acts and time passes once.
         if stepped.is_none() {
@@ -490,7 +490,7 @@ fn lay_out(
         let root = egui::accesskit_root_id();
         ui.ctx().accesskit_node_builder(root, |window| window.set_label(viewer.title()));
     });
-    if viewer.light {
+    if viewer.layout.light {
         output.shapes.iter_mut().for_each(|shape| panel::theme::lighten(&mut shape.shape));
     }
     (output, stepped.unwrap_or_default())
@@ -508,8 +508,8 @@ fn kept(viewer: &Viewer) -> String {
 
 /// Gives the window the title and the screen that the viewer asks for, where they have changed.
 fn dress(window: &Window, viewer: &Viewer, (title, is_full): (&mut String, &mut bool)) {
-    if *is_full != viewer.full_screen {
-        *is_full = viewer.full_screen;
+    if *is_full != viewer.wishes.full_screen {
+        *is_full = viewer.wishes.full_screen;
         let full = is_full.then_some(winit::window::Fullscreen::Borderless(None));
         window.set_fullscreen(full);
     }

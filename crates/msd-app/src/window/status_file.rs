@@ -85,7 +85,7 @@ pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
         "selected": session.selected(),
         "pinned": session.selected().map(|particle| session.is_pinned(particle)),
         "pins": (0..session.runner().particle_count()).filter(|&at| session.is_pinned(at)).count(),
-        "hovered": viewer.hovered,
+        "hovered": viewer.hand.hovered,
         "springs": session.runner().spring_count(),
         "note": viewer.note,
         "error": error(session.error()),
@@ -110,13 +110,13 @@ pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
 fn report_of_view(viewer: &Viewer, scale: f32) -> Value {
     let session = &viewer.session;
     let landmarks: BTreeMap<_, _> =
-        viewer.landmarks.iter().map(|(name, rect)| (name, area(*rect, scale))).collect();
+        viewer.layout.landmarks.iter().map(|(name, rect)| (name, area(*rect, scale))).collect();
     json!({
         "elastic": session.energy().map(|energy| energy.elastic),
         "past": past(session),
         "recording": session.recording(),
         "twin": session.twin().map(|twin| twin.apart().rms),
-        "gallery": viewer.gallery.as_ref().map(|gallery| {
+        "gallery": viewer.layout.gallery.as_ref().map(|gallery| {
             gallery.pictures.iter().filter(|picture| picture.texture.is_some()).count()
         }),
         "filming": filming(viewer),
@@ -124,14 +124,14 @@ fn report_of_view(viewer: &Viewer, scale: f32) -> Value {
         "findings": session.findings().iter().map(Finding::sentence).collect::<Vec<_>>(),
         "crossings": session.crossings(),
         "contacts": session.runner().contacts().count,
-        "full_screen": viewer.full_screen,
+        "full_screen": viewer.wishes.full_screen,
         "group": session.group().len(),
         "grabs": on!(session.runner(), simulation => simulation.model().grabs().len()),
-        "guide": viewer.guide.as_ref().map(Guide::done),
+        "guide": viewer.layout.guide.as_ref().map(Guide::done),
         "wireframe": viewer.style.wireframe,
         "camera": camera(&viewer.camera),
         "pixels_per_point": scale,
-        "view": area(viewer.rect, scale),
+        "view": area(viewer.layout.rect, scale),
         "landmarks": landmarks,
     })
 }

@@ -103,7 +103,7 @@ fn what_is_typed_in_the_gallery_does_not_reach_the_scene_and_a_wrong_path_stays(
         type_in(&mut harness, text, key);
     }
     let path = |harness: &Harness<'_, Viewer>| {
-        harness.state().gallery.as_ref().map(|gallery| gallery.path.clone())
+        harness.state().layout.gallery.as_ref().map(|gallery| gallery.path.clone())
     };
     // S would save a run, R restart it and 1 open another scene.
     assert_eq!((path(&harness).as_deref(), files()), (Some("ssr1"), 1));

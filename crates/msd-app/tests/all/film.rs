@@ -98,7 +98,7 @@ fn a_twin_beside_the_run_is_drawn_as_the_run_is() {
         let other = msd_core::Settings { integrator: msd_core::Integrator::Rk4, ..settings };
         viewer.session.toggle_pause();
         viewer.session.set_twin(Some(other));
-        viewer.side_by_side = true;
+        viewer.layout.side_by_side = true;
     };
     // The panels take 450 points: what they leave is halved without a rest.
     let mut viewer = viewer("cube");
@@ -211,7 +211,7 @@ fn tour(mut keep: impl FnMut(&str, Image)) {
     film.frame(FRAME, vec![button(to(1.0), false)]).unwrap();
     // At rest: what is bent when it is made stiffer jumps.
     wait(&mut film, 240);
-    assert_eq!(film.viewer().guide.and_then(|guide| guide.step()), Some(GuideStep::Stiffen));
+    assert_eq!(film.viewer().layout.guide.and_then(|guide| guide.step()), Some(GuideStep::Stiffen));
 
     // Paused, as a step that is too long leaves no time to look at the meter.
     click(&mut film, (Role::Button, "Pause"), 0.5);
@@ -246,7 +246,11 @@ fn tour(mut keep: impl FnMut(&str, Image)) {
     click(&mut film, (Role::CheckBox, "Estimate error"), 0.1);
     keep("cost", until(&mut film, |session| matches!(session.error(), Some(ErrorNow::Known(_)))));
     wait(&mut film, 2);
-    assert_eq!(film.viewer().guide.map(|guide| guide.step()), Some(None), "all steps are done");
+    assert_eq!(
+        film.viewer().layout.guide.map(|guide| guide.step()),
+        Some(None),
+        "all steps are done"
+    );
 }
 
 #[test]

@@ -24,9 +24,9 @@ fn viewer(folder: &Path) -> Option<(Viewer, Gpu)> {
     let loaded = msd_scene::open("chain").expect("a built-in scene");
     let mut viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
     viewer.folder = folder.to_owned();
-    viewer.rect = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(120.0, 80.0));
+    viewer.layout.rect = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(120.0, 80.0));
     viewer.frame_all();
-    viewer.follow = false;
+    viewer.aim.follow = false;
     viewer.session.advance(0.0, &|| 0.0);
     step(&mut viewer, 60);
     Some((viewer, gpu))

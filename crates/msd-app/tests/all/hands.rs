@@ -64,7 +64,7 @@ fn cut_springs(session: &Session) -> Vec<usize> {
 #[test]
 fn a_stroke_cuts_the_springs_that_it_crosses_in_the_picture_and_no_others() {
     let mut harness = harness("cloth");
-    let rect = harness.state().rect;
+    let rect = harness.state().layout.rect;
     let (left, right, y) = (rect.center().x - 90.3, rect.center().x + 70.7, rect.center().y + 0.37);
     // Where each spring crosses the height of the stroke.
     let viewer = harness.state();
@@ -83,7 +83,7 @@ fn a_stroke_cuts_the_springs_that_it_crosses_in_the_picture_and_no_others() {
     assert!(10 < expected.len() && expected.len() < ends.len() / 2, "{}", expected.len());
     let camera = harness.state().camera;
     key(&mut harness, Key::C);
-    assert_eq!(harness.state().tool, Tool::Cut);
+    assert_eq!(harness.state().hand.tool, Tool::Cut);
     let path = [0.0, 0.3, 0.35, 1.0].map(|share| pos2(egui::lerp(left..=right, share), y));
     drag(&mut harness, &path, Modifiers::NONE);
     let viewer = harness.state();
@@ -125,17 +125,17 @@ fn the_tool_is_chosen_in_the_panel_and_escape_grabs_again() {
     for (name, tool) in [("Cut", Tool::Cut), ("Box", Tool::Select), ("Grab", Tool::Grab)] {
         harness.get_by_label(name).click();
         harness.run_steps(2);
-        assert_eq!(harness.state().tool, tool);
+        assert_eq!(harness.state().hand.tool, tool);
     }
     key(&mut harness, Key::C);
     key(&mut harness, Key::Escape);
-    assert_eq!(harness.state().tool, Tool::Grab);
+    assert_eq!(harness.state().hand.tool, Tool::Grab);
 }
 
 #[test]
 fn what_a_box_holds_is_grabbed_together_and_keeps_its_shape() {
     let mut harness = harness("jelly");
-    let rect = harness.state().rect;
+    let rect = harness.state().layout.rect;
     let corners = [rect.center() - Vec2::new(60.0, 45.0), rect.center() + Vec2::new(50.0, 40.0)];
     drag(&mut harness, &corners, Modifiers::COMMAND);
     let viewer = harness.state();

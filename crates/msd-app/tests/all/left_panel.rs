@@ -34,7 +34,7 @@ fn the_list_of_scenes_is_short_and_shows_the_scene_that_runs() {
     let mut harness = harness();
     // Without scrolling: the last control of the panel.
     let last = harness.get_by_role_and_label(Role::Button, "Larger").rect();
-    assert!(last.bottom() < harness.state().landmarks["timeline"].top(), "{last:?}");
+    assert!(last.bottom() < harness.state().layout.landmarks["timeline"].top(), "{last:?}");
     let is_seen = |harness: &Harness<'_, Viewer>, name: &str| {
         texts(harness, name).any(|(rect, clip)| clip.contains_rect(rect))
     };

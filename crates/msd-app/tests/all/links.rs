@@ -28,7 +28,7 @@ fn changed() -> Viewer {
     session.edit(MaterialEdit::Damping(0.25));
     session.edit(MaterialEdit::RestScale(1.125));
     session.set_speed(0.25);
-    (viewer.follow, viewer.style.wireframe, viewer.style.shadows) = (false, true, false);
+    (viewer.aim.follow, viewer.style.wireframe, viewer.style.shadows) = (false, true, false);
     viewer.camera.orbit(0.5, 0.25);
     viewer.camera.zoom(1.5);
     viewer
@@ -51,7 +51,7 @@ fn a_link_brings_back_settings_camera_and_bits() {
     assert_eq!(second.session.runner().settings(), first.session.runner().settings());
     assert_eq!(second.session.material().values(), first.session.material().values());
     assert_eq!(second.session.speed(), 0.25);
-    assert_eq!((second.camera, second.follow), (first.camera, first.follow));
+    assert_eq!((second.camera, second.aim.follow), (first.camera, first.aim.follow));
     assert_eq!(second.style, first.style);
     assert_eq!(hash_after(&second, STEPS), hash_after(&first, STEPS));
     assert_eq!(second.link(), first.link());
@@ -232,7 +232,7 @@ fn own(folder: &std::path::Path) -> Viewer {
     assert_eq!(viewer.session.loaded().title, "My own", "{:?}", viewer.note);
     viewer.session.edit(MaterialEdit::Stiffness(321.0));
     viewer.camera.orbit(0.5, 0.25);
-    viewer.follow = false;
+    viewer.aim.follow = false;
     viewer
 }
 

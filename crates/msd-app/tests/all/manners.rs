@@ -143,7 +143,7 @@ fn all_of_the_trade_is_within_reach_in_a_small_window() {
         harness.state_mut().session.set_trading(true);
         harness.state_mut().session.set_study_paused(true);
         harness.run_steps(3);
-        let view = harness.state().rect;
+        let view = harness.state().layout.rect;
         for label in ["from the start", "double precision"] {
             let node = |harness: &Harness<'_, Viewer>| harness.get_by_label(label).rect();
             harness.get_by_label(label).scroll_to_me();

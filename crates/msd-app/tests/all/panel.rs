@@ -104,7 +104,7 @@ fn what_is_edited_from_a_press_to_its_release_is_one_edit_however_few_frames_the
 fn the_energy_is_seen_without_scrolling_and_the_timeline_is_as_wide_as_the_window() {
     let harness = harness();
     // The last line of the section, above the timeline.
-    let timeline = harness.state().landmarks["timeline"];
+    let timeline = harness.state().layout.landmarks["timeline"];
     let last = harness.get_by_label_contains("by error\u{a0}").rect();
     assert!(last.bottom() < timeline.top(), "{last:?} {timeline:?}");
     assert!(0.7 * 1280.0 < timeline.width(), "{timeline:?}");
@@ -113,7 +113,7 @@ fn the_energy_is_seen_without_scrolling_and_the_timeline_is_as_wide_as_the_windo
     let small = Harness::builder().with_size(Vec2::new(800.0, 600.0));
     let mut small = small.build_ui_state(frame, viewer);
     small.run_steps(3);
-    assert!(0.55 * 800.0 < small.state().landmarks["timeline"].width());
+    assert!(0.55 * 800.0 < small.state().layout.landmarks["timeline"].width());
 }
 
 #[test]
@@ -181,7 +181,7 @@ fn the_main_numbers_stay_in_sight_where_the_panel_is_longer_than_the_window() {
     harness.run_steps(6);
     for words in ["h\u{a0}", "error\u{a0}", "twin\u{a0}", "energy\u{a0}", "wrong\u{a0}by\u{a0}"] {
         // The energy says "by error" too, below the edge.
-        let bottom = harness.state().landmarks["timeline"].top();
+        let bottom = harness.state().layout.landmarks["timeline"].top();
         let mut lines = harness.query_all_by_label_contains(words).map(|line| line.rect());
         assert!(lines.any(|line| 0.0 < line.top() && line.bottom() < bottom), "{words}");
     }
@@ -366,7 +366,7 @@ fn a_particle_is_dragged_and_thrown() {
 fn a_drag_beside_the_body_turns_the_camera_and_a_slider_does_not() {
     let mut harness = harness();
     let before = harness.state().camera;
-    let corner = harness.state().rect.left_top() + Vec2::splat(20.0);
+    let corner = harness.state().layout.rect.left_top() + Vec2::splat(20.0);
     drag(&mut harness, corner, corner + Vec2::new(100.0, 30.0));
     let after = harness.state().camera;
     assert_ne!((after.yaw, after.pitch), (before.yaw, before.pitch));
@@ -458,7 +458,7 @@ fn the_camera_does_not_follow_debris() {
     for particle in 0..viewer.session.runner().particle_count() {
         let at = viewer.session.position(particle).as_vec3();
         let place = viewer.viewport().project(at).expect("in front");
-        assert!(viewer.rect.contains(place), "{place:?}");
+        assert!(viewer.layout.rect.contains(place), "{place:?}");
     }
 }
 
@@ -499,7 +499,7 @@ fn every_command_is_harmless_in_every_scene() {
         harness.run_steps(2);
         assert_eq!(harness.state().session.loaded().name, catalogue().entries[index].name);
     }
-    assert!(!harness.state().quit);
+    assert!(!harness.state().wishes.quit);
 }
 
 #[test]
@@ -510,15 +510,15 @@ fn what_was_carried_away_comes_back_into_the_picture() {
     viewer.session.toggle_pause();
     // As a long drag leaves it: everything is far to the right of where the camera looks.
     viewer.camera.target -= viewer.camera.right() * 20.0;
-    viewer.follow = false;
+    viewer.aim.follow = false;
     viewer.look(0.0);
-    viewer.follow = true;
+    viewer.aim.follow = true;
     (0..60).for_each(|_| viewer.look(1.0 / 60.0));
     let viewport = viewer.viewport();
     for particle in 0..viewer.session.runner().particle_count() {
         let place =
             viewport.project(viewer.session.position(particle).as_vec3()).expect("in front");
-        assert!(viewer.rect.contains(place), "{place:?}");
+        assert!(viewer.layout.rect.contains(place), "{place:?}");
     }
 }
 

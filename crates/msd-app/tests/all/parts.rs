@@ -214,7 +214,7 @@ fn a_scene_file_says_which_parts_are_off() {
     assert!(text.starts_with("version = 1\noff = [\"face-diagonals\"]\n"), "{text}");
     // The command saves a run, which holds it.
     viewer.command(Command::CopyCommand);
-    let line = viewer.clipboard.clone().expect("a command");
+    let line = viewer.wishes.clipboard.clone().expect("a command");
     let run = line.strip_prefix("msd view ").expect("a command");
     let run = msd_run::Runner::open(&open(run).expect("a saved run")).expect("a saved run");
     assert_eq!(run.progress().0.planes, []);

@@ -13,7 +13,7 @@ const TABS: [&str; 5] = ["Run", "Material", "Solver", "Energy", "View"];
 
 fn harness(size: [f32; 2]) -> Harness<'static, Viewer> {
     let mut viewer = Viewer::new(loaded("jelly"), catalogue()).expect("a valid scene");
-    (viewer.by_touch, viewer.in_page) = (true, true);
+    (viewer.layout.by_touch, viewer.layout.in_page) = (true, true);
     window(viewer, size)
 }
 
@@ -39,7 +39,7 @@ fn one_panel_at_a_time_leaves_the_body_in_view() {
         let mut harness = harness(size);
         for tab in TABS {
             click(&mut harness, tab);
-            let view = harness.state().rect;
+            let view = harness.state().layout.rect;
             assert!(0.5 * size[0] * size[1] <= view.area(), "{size:?} {tab}: {view}");
             assert!(200.0 <= view.width().min(view.height()), "{size:?} {tab}: {view}");
             for (role, place) in controls(&harness) {
@@ -49,7 +49,7 @@ fn one_panel_at_a_time_leaves_the_body_in_view() {
         harness.state_mut().command(Command::Panels);
         harness.run_steps(3);
         // The harness has a margin of eight points.
-        assert_eq!(harness.state().rect.size(), Vec2::from(size) - Vec2::splat(16.0));
+        assert_eq!(harness.state().layout.rect.size(), Vec2::from(size) - Vec2::splat(16.0));
     }
 }
 

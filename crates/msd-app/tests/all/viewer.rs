@@ -189,7 +189,7 @@ fn the_command_is_that_of_the_scene_or_of_a_run_saved_for_it() {
     let mut harness = harness(viewer("chain", folder.path()), [1280.0, 800.0]);
     let copied = |harness: &mut Harness<'_, Viewer>| {
         harness.state_mut().command(Command::CopyCommand);
-        let line = harness.state().clipboard.clone().expect("a command");
+        let line = harness.state().wishes.clipboard.clone().expect("a command");
         harness.step();
         let commands = &harness.output().platform_output.commands;
         let mut copies = commands.iter().filter_map(|command| match command {
@@ -237,7 +237,7 @@ fn the_gallery_offers_scenes_and_files_and_opens_what_is_clicked() {
     let mut harness = harness(viewer("chain", folder.path()), [1280.0, 800.0]);
     harness.get_by_label("Open…").click();
     harness.run_steps(3);
-    let gallery = harness.state().gallery.as_ref().expect("it is open");
+    let gallery = harness.state().layout.gallery.as_ref().expect("it is open");
     let names: Vec<&str> = gallery.pictures.iter().map(|picture| &*picture.name).collect();
     assert_eq!(names.len(), catalogue().entries.len() + 1);
     assert!(names[names.len() - 1].ends_with("rope.toml"));
@@ -247,7 +247,7 @@ fn the_gallery_offers_scenes_and_files_and_opens_what_is_clicked() {
     wanted.expect("a picture to click").click();
     harness.run_steps(3);
     assert_eq!(harness.state().session.loaded().name, "drape");
-    assert!(harness.state().gallery.is_none());
+    assert!(harness.state().layout.gallery.is_none());
 }
 
 #[test]
@@ -255,7 +255,8 @@ fn the_guide_follows_what_is_done_and_is_not_offered_twice() {
     let mut viewer = viewer("cube", Path::new(""));
     viewer.set_preferences(Preferences::default());
     let mut harness = harness(viewer, [1280.0, 800.0]);
-    let now = |harness: &Harness<'_, Viewer>| harness.state().guide.as_ref().and_then(Guide::step);
+    let now =
+        |harness: &Harness<'_, Viewer>| harness.state().layout.guide.as_ref().and_then(Guide::step);
     let wait = |harness: &mut Harness<'_, Viewer>, frames: usize| {
         for _ in 0..frames {
             harness.state_mut().session.advance(1.0 / 60.0 + 1e-9, &|| 0.0);
@@ -293,11 +294,11 @@ fn the_guide_follows_what_is_done_and_is_not_offered_twice() {
     assert_eq!(now(&harness), None);
     harness.get_by_label("Close the guide").click();
     harness.run_steps(2);
-    assert!(harness.state().guide.is_none());
+    assert!(harness.state().layout.guide.is_none());
     let kept = harness.state_mut().remember([1280.0, 800.0], 1.0).clone();
     assert!(kept.is_guided);
     harness.state_mut().set_preferences(kept);
-    assert!(harness.state().guide.is_none());
+    assert!(harness.state().layout.guide.is_none());
     harness.state_mut().command(Command::Guide);
     assert_eq!(now(&harness), Some(GuideStep::Grab), "asked for, it comes again");
 }
@@ -310,14 +311,14 @@ fn what_was_chosen_is_remembered() {
     harness.state_mut().open_entry(3);
     harness.run_steps(2);
     assert_ne!(harness.state().camera.yaw, camera.yaw);
-    (harness.state_mut().light, harness.state_mut().panels) = (true, false);
+    (harness.state_mut().layout.light, harness.state_mut().layout.panels) = (true, false);
     let kept = harness.state_mut().remember([900.0, 700.0], 1.25).clone();
     assert_eq!((kept.size, kept.scale), (Some([900.0, 700.0]), 1.25));
     let last = catalogue().entries[3].name;
     assert_eq!(kept.scene.as_deref(), Some(last));
     let mut other = viewer("cube", Path::new(""));
     other.set_preferences(kept);
-    assert!(other.light && !other.panels);
+    assert!(other.layout.light && !other.layout.panels);
     let harness = self::harness(other, [1280.0, 800.0]);
     assert_eq!(
         (harness.state().camera.yaw, harness.state().camera.pitch),
@@ -370,7 +371,7 @@ fn a_camera_that_follows_arrives_though_the_run_is_paused() {
 #[test]
 fn what_is_fast_stays_in_the_picture() {
     let mut viewer = viewer("cube", Path::new(""));
-    viewer.rect = egui::Rect::from_min_size(egui::Pos2::ZERO, Vec2::new(800.0, 600.0));
+    viewer.layout.rect = egui::Rect::from_min_size(egui::Pos2::ZERO, Vec2::new(800.0, 600.0));
     viewer.frame_all();
     viewer.session.edit(MaterialEdit::Gravity(0.0));
     viewer.session.set_wind(Wind { strength: 100.0, heading: 0.0, gusts: 0.0 });
@@ -381,7 +382,7 @@ fn what_is_fast_stays_in_the_picture() {
         viewer.look(0.2);
         let middle = viewer.session.position(555).as_vec3();
         let place = viewer.viewport().project(middle).expect("in front");
-        assert!(viewer.rect.contains(place), "{place:?}");
+        assert!(viewer.layout.rect.contains(place), "{place:?}");
     }
     assert!(1e3 < viewer.session.position(555).x, "{}", viewer.session.position(555));
 }
@@ -401,14 +402,14 @@ fn everything_is_in_reach_in_a_small_window() {
         let rect = shown.unwrap_or_else(|| panic!("no {name}"));
         assert!(window.contains_rect(rect), "{name}: {rect:?}");
     }
-    let view = harness.state().rect;
+    let view = harness.state().layout.rect;
     assert!(300.0 <= view.width() && 400.0 <= view.height(), "{view:?}");
 }
 
 #[test]
 fn the_help_fits_a_small_window() {
     let mut viewer = viewer("cube", Path::new(""));
-    viewer.help = true;
+    viewer.layout.help = true;
     let mut harness = harness(viewer, [800.0, 600.0]);
     harness.run_steps(3);
     let window = egui::Rect::from_min_size(egui::Pos2::ZERO, Vec2::new(800.0, 600.0));
@@ -426,7 +427,7 @@ fn finer_pixels_leave_everything_where_it_is() {
     let places = |harness: &Harness<'_, Viewer>| {
         names.map(|name| harness.query_all_by_label(name).map(|node| node.rect()).next_back())
     };
-    let (before, view) = (places(&harness), harness.state().rect);
+    let (before, view) = (places(&harness), harness.state().layout.rect);
     let window = harness.input_mut().viewports.entry(egui::ViewportId::ROOT).or_default();
     window.native_pixels_per_point = Some(2.0);
     harness.run_steps(3);
@@ -436,7 +437,7 @@ fn finer_pixels_leave_everything_where_it_is() {
         // Text is set to whole pixels.
         assert!(before.distance(now) <= 4.0, "{before:?} {now:?}");
     }
-    let moved = (harness.state().rect.min - view.min).length();
+    let moved = (harness.state().layout.rect.min - view.min).length();
     assert!(moved <= 4.0, "the view moved by {moved}");
 }
 
@@ -446,11 +447,11 @@ fn hidden_panels_leave_the_whole_window_to_the_scene() {
     harness.state_mut().command(Command::Panels);
     harness.run_steps(2);
     // But for the margin of the harness.
-    let size = harness.state().rect.size();
+    let size = harness.state().layout.rect.size();
     assert!(780.0 < size.x && 580.0 < size.y, "{size}");
     harness.state_mut().command(Command::Panels);
     harness.run_steps(2);
-    assert!(harness.state().rect.width() < 500.0);
+    assert!(harness.state().layout.rect.width() < 500.0);
 }
 
 #[test]

@@ -13,14 +13,14 @@ use msd_scene::schema::Finish;
 
 /// Controls for how the selected bodies look, while they are wanted.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
-    let Some(now) = viewer.session.look_values().filter(|_| viewer.looks) else { return };
+    let Some(now) = viewer.session.look_values().filter(|_| viewer.layout.looks) else { return };
     heading(ui, "Look");
     let mut edits = Vec::new();
     if now.has_surface {
         let text = now.finish.map_or("own numbers", Finish::name);
         let names = Finish::ALL.map(|finish| (finish, finish.name()));
         let (response, finish) = choice(ui, ("Like", text), &names, now.finish);
-        viewer.landmarks.insert("finish", response.rect);
+        viewer.layout.landmarks.insert("finish", response.rect);
         edits.extend(finish.map(LookEdit::Finish));
     }
     edits.extend(colours(ui, viewer, &now));
@@ -58,7 +58,7 @@ fn colours(ui: &mut Ui, viewer: &mut Viewer, now: &LookValues) -> Option<LookEdi
     ui.horizontal(|ui| {
         left_label(ui, "Colour");
         let (response, colour) = well(ui, "Colour", shown[0]);
-        viewer.landmarks.insert("colour", response.rect);
+        viewer.layout.landmarks.insert("colour", response.rect);
         let back = now.is_sheet.then(|| {
             ui.label("other side");
             well(ui, "Colour of the other side", shown[1]).1

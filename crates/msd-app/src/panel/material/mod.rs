@@ -5,7 +5,7 @@ mod looks;
 
 use super::{heading, heading_with, slider, theme};
 use crate::session::{MaterialEdit, MixedValue, Session, TouchEdit, TouchValues};
-use crate::viewer::{Command, Viewer};
+use crate::viewer::{Command, Layout, Viewer};
 use egui::{Button, Checkbox, ComboBox, Rect, RichText, Slider, SliderClamping, Ui};
 use msd_core::{Friction, Select};
 use msd_run::on;
@@ -41,7 +41,7 @@ fn meaning(label: &str, key: &str) -> (String, String) {
 
 /// Sliders for material and world.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
-    let Viewer { looks, landmarks, .. } = viewer;
+    let Layout { looks, landmarks, .. } = &mut viewer.layout;
     heading_with(ui, "Material", |ui| {
         let hover = "Finish, colours and pattern: appearance only, no effect on the simulation";
         let toggle = ui.toggle_value(looks, RichText::new("Look").small()).on_hover_text(hover);
@@ -53,7 +53,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         None => springs(ui, &mut viewer.session),
     };
     if let Some(rect) = stiffness {
-        viewer.landmarks.insert("stiffness", rect);
+        viewer.layout.landmarks.insert("stiffness", rect);
     }
     ui.horizontal(|ui| {
         // All three fit into the width of the panel.
@@ -194,13 +194,13 @@ fn material(ui: &mut Ui, session: &mut Session, made: Made) -> Rect {
 }
 
 /// Whether the selected bodies meet others.
-fn touch(ui: &mut Ui, Viewer { session, landmarks, .. }: &mut Viewer) {
+fn touch(ui: &mut Ui, Viewer { session, layout, .. }: &mut Viewer) {
     let TouchValues { mut on, thickness, .. } = session.touch_values();
     let is_mixed = !on && thickness.is_some();
     let hover = "Collide with other bodies that touch; sheets and ropes also with themselves";
     let touch = Checkbox::new(&mut on, "Touch").indeterminate(is_mixed);
     let touch = ui.add(touch).on_hover_text(hover);
-    landmarks.insert("touch", touch.rect);
+    layout.landmarks.insert("touch", touch.rect);
     if touch.changed() {
         session.edit_touch(TouchEdit::On(on));
     }
@@ -386,23 +386,23 @@ fn laws(ui: &mut Ui, session: &mut Session, friction: Friction) {
 }
 
 /// A force on every particle, steady or in gusts; where it comes from, once there is one.
-fn wind(ui: &mut Ui, Viewer { session, landmarks, .. }: &mut Viewer) {
+fn wind(ui: &mut Ui, Viewer { session, layout, .. }: &mut Viewer) {
     let now = session.wind();
     let mut wanted = now;
     let number = |first: f64| MixedValue { first, mixed: false };
     let (value, rect) =
         change(ui, ("Wind", "world.wind.strength"), number(now.strength), 0.0..=100.0, 0.01);
-    landmarks.insert("wind", rect);
+    layout.landmarks.insert("wind", rect);
     wanted.strength = value.unwrap_or(now.strength);
     if 0.0 < now.strength {
         let heading = number(now.heading.to_degrees());
         let (value, rect) =
             change(ui, ("Heading", "world.wind.heading_deg"), heading, -180.0..=180.0, 0.0);
-        landmarks.insert("heading", rect);
+        layout.landmarks.insert("heading", rect);
         wanted.heading = value.map_or(now.heading, f64::to_radians);
         let (value, rect) =
             change(ui, ("Gusts", "world.wind.gusts"), number(now.gusts), 0.0..=1.0, 0.0);
-        landmarks.insert("gusts", rect);
+        layout.landmarks.insert("gusts", rect);
         wanted.gusts = value.unwrap_or(now.gusts);
         let text = RichText::new("on every particle; 0° is along x").small().color(theme::FAINT);
         ui.label(text);

@@ -9,10 +9,10 @@ use msd_study::quantity::{estimate, quantity, rounded};
 
 /// What happened, how far the step is from the limit, and the ways out that were found.
 pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
-    viewer.landmarks.remove("way out");
+    viewer.layout.landmarks.remove("way out");
     let Some(failure) = viewer.session.failure().cloned() else { return };
-    let at = pos2(viewer.rect.center().x, viewer.rect.top() + 16.0);
-    let width = (viewer.rect.width() - 80.0).clamp(200.0, 560.0);
+    let at = pos2(viewer.layout.rect.center().x, viewer.layout.rect.top() + 16.0);
+    let width = (viewer.layout.rect.width() - 80.0).clamp(200.0, 560.0);
     let area = Area::new(egui::Id::unique("failure")).order(Order::Foreground).fixed_pos(at);
     area.pivot(Align2::CENTER_TOP).show(ui.ctx(), |ui| {
         let frame = Frame::popup(ui.style()).fill(theme::ALARM).inner_margin(12.0);
@@ -51,7 +51,7 @@ fn offers(ui: &mut Ui, viewer: &mut Viewer) {
     ui.horizontal_wrapped(|ui| {
         for &offer in &offers {
             let button = ui.button(title(&viewer.session, &offer));
-            viewer.landmarks.entry("way out").or_insert(button.rect);
+            viewer.layout.landmarks.entry("way out").or_insert(button.rect);
             if button.on_hover_text(explanation(&offer)).clicked() {
                 chosen = Some(offer);
             }

@@ -15,13 +15,13 @@ const SOON: Duration = Duration::from_millis(60);
 
 /// The gallery, while it is open.
 pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
-    let Some(mut gallery) = viewer.gallery.take() else { return };
+    let Some(mut gallery) = viewer.layout.gallery.take() else { return };
     if gallery.is_busy() {
         ui.ctx().request_repaint_after(SOON);
     }
     let (mut open, mut wanted) = (true, None);
     let window = egui::Window::new("Open").open(&mut open).collapsible(false).resizable(false);
-    let window = window.pivot(Align2::CENTER_CENTER).fixed_pos(viewer.rect.center());
+    let window = window.pivot(Align2::CENTER_CENTER).fixed_pos(viewer.layout.rect.center());
     let room = ui.ctx().content_rect().size() - vec2(60.0, 110.0);
     window.show(ui.ctx(), |ui| {
         ui.set_width(room.x.clamp(300.0, 640.0));
@@ -33,7 +33,7 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
             if std::mem::take(&mut gallery.is_new) {
                 field.request_focus();
             }
-            viewer.landmarks.insert("file", field.rect);
+            viewer.layout.landmarks.insert("file", field.rect);
             let is_entered = field.labelled_by(name.id).lost_focus()
                 && ui.input(|input| input.key_pressed(egui::Key::Enter));
             let is_named = !gallery.path.trim().is_empty();
@@ -54,7 +54,7 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
                 for (place, picture) in (1..).zip(&gallery.pictures) {
                     let button = entry(ui, picture);
                     if place == 2 {
-                        viewer.landmarks.insert("second picture", button.rect);
+                        viewer.layout.landmarks.insert("second picture", button.rect);
                     }
                     if button.clicked() {
                         wanted = Some(picture.name.clone());
@@ -71,7 +71,7 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
     // A path that cannot be opened stays, to be mended.
     let is_done = wanted.is_some_and(|name| viewer.open_named(&name)) || !open;
     if !is_done {
-        viewer.gallery = Some(gallery);
+        viewer.layout.gallery = Some(gallery);
     }
 }
 

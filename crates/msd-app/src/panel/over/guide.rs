@@ -10,18 +10,18 @@ const WIDTH: f32 = 250.0;
 
 /// The guide, while it is offered.
 pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
-    let Some(mut guide) = viewer.guide else { return };
+    let Some(mut guide) = viewer.layout.guide else { return };
     let real = f64::from(ui.input(|input| input.unstable_dt));
     if let Some(left) = guide.follow(&viewer.session, real) {
         ui.ctx().request_repaint_after(Duration::from_secs_f64(left));
     }
-    viewer.guide = Some(guide);
-    let at = viewer.rect.right_bottom() - vec2(14.0, 14.0);
+    viewer.layout.guide = Some(guide);
+    let at = viewer.layout.rect.right_bottom() - vec2(14.0, 14.0);
     let area = Area::new(egui::Id::unique("guide")).fixed_pos(at).pivot(Align2::RIGHT_BOTTOM);
     let mut is_over = false;
     area.show(ui.ctx(), |ui| {
         Frame::popup(ui.style()).fill(theme::PANEL).inner_margin(10.0).show(ui, |ui| {
-            ui.set_width(WIDTH.min(viewer.rect.width() - 50.0));
+            ui.set_width(WIDTH.min(viewer.layout.rect.width() - 50.0));
             let count = GuideStep::ALL.len();
             let (title, text, button) = match guide.text() {
                 Some(text) => (format!("{} of {count}", guide.done() + 1), text, "Skip the guide"),

@@ -7,7 +7,7 @@ use super::{heading, theme};
 use crate::session::{
     Report, STUDY_DURATION, STUDY_MANNERS, Search, Session, StudyFrom, choice_of,
 };
-use crate::viewer::Viewer;
+use crate::viewer::{Layout, Viewer};
 use egui::{Button, DragValue, Panel, Rect, RichText, ScrollArea, Slider, Ui, vec2};
 use msd_study::Study;
 use msd_study::choice::{Choice, FRAME};
@@ -34,7 +34,7 @@ pub(super) fn switch(ui: &mut Ui, viewer: &mut Viewer) {
     let hover = "Measures what accuracy costs for this scene, in the background, and lets you \
                  choose by it";
     let button = ui.add(button).on_hover_text(hover);
-    viewer.landmarks.insert("trade", button.rect);
+    viewer.layout.landmarks.insert("trade", button.rect);
     if button.clicked() {
         on = !on;
         viewer.session.set_trading(on);
@@ -95,7 +95,7 @@ fn column(ui: &mut Ui, name: &str, width: f32, contents: impl FnOnce(&mut Ui)) {
 /// What is studied, and the ways to choose.
 fn choices(ui: &mut Ui, viewer: &mut Viewer, report: Option<&Report<Study>>) {
     heading(ui, "Trade");
-    let Viewer { session, landmarks, .. } = viewer;
+    let Viewer { session, layout: Layout { landmarks, .. }, .. } = viewer;
     landmarks.insert("rest", origin(ui, session));
     let progress = progress(session, report);
     let Some(study) = report.and_then(|report| report.found.as_deref()) else {

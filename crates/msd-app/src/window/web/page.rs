@@ -44,7 +44,7 @@ pub fn start(
     };
     let catalogue = Catalogue { open, ..catalogue() };
     let mut viewer = Viewer::of_loaded(&link_of(fragment)?, unpacked(rows)?, catalogue)?;
-    (viewer.in_page, viewer.by_touch) = (true, by_touch);
+    (viewer.layout.in_page, viewer.layout.by_touch) = (true, by_touch);
     // The guide is not offered by itself: the page names what there is to do.
     let kept = preferences.and_then(|text| Preferences::parse(&text).ok()).unwrap_or_default();
     viewer.set_preferences(Preferences { is_guided: true, ..kept });
@@ -129,7 +129,7 @@ pub fn saved() -> Promise {
 #[wasm_bindgen]
 pub fn set_bare(bare: bool) -> Promise {
     ask(move |viewer| {
-        viewer.bare = bare;
+        viewer.layout.bare = bare;
         Ok(String::new())
     })
 }
