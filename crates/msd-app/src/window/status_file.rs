@@ -24,8 +24,6 @@
 //! are written),
 //! `pixels_per_point`, `view` and `landmarks` (rectangles: left, top, width, height).
 
-#[cfg(not(target_arch = "wasm32"))]
-use super::Watcher;
 use crate::session::{Deed, ErrorNow, Search, Session};
 use crate::viewer::{Guide, Viewer};
 use egui::{Pos2, Rect};
@@ -36,27 +34,6 @@ use msd_render::Camera;
 use msd_run::{Finding, on};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-#[cfg(not(target_arch = "wasm32"))]
-use std::{
-    fs::File,
-    io::{self, LineWriter, Write},
-    path::Path,
-};
-
-/// Opens the status file and returns what writes it.
-#[cfg(not(target_arch = "wasm32"))]
-pub(crate) fn watcher(path: &Path) -> io::Result<Watcher> {
-    let mut file = LineWriter::new(File::create(path)?);
-    let mut frame = 0u64;
-    Ok(Box::new(move |viewer, pixels_per_point, focus| {
-        frame += 1;
-        let mut line = report(viewer, pixels_per_point, frame);
-        line["focus"] = focus.into();
-        if let Err(error) = writeln!(file, "{line}") {
-            log::warn!("the status file cannot be written: {error}");
-        }
-    }))
-}
 
 /// What a frame showed; `scale` is how many pixels a point has.
 pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {

@@ -12,21 +12,11 @@ pub(crate) struct WindowSurface {
     window: Arc<Window>,
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
-    canvas: Canvas,
+    pub(super) canvas: Canvas,
     /// Why the device is lost, once it is.
     loss: Arc<OnceLock<String>>,
     /// Whether a test has taken the surface away.
-    is_lost: bool,
-}
-
-/// What a test takes away from a window.
-#[cfg(not(target_arch = "wasm32"))]
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Loss {
-    /// The surface, which is made anew.
-    Surface,
-    /// The graphics device, without which there is no window.
-    Device,
+    pub(super) is_lost: bool,
 }
 
 impl WindowSurface {
@@ -68,14 +58,7 @@ impl WindowSurface {
         Quality::of(&self.canvas.gpu.adapter)
     }
 
-    /// The device that it is drawn with.
-    #[cfg(target_arch = "wasm32")]
-    pub(crate) fn device(&self) -> &wgpu::Device {
-        &self.canvas.gpu.device
-    }
-
     /// What it is drawn with.
-    #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn gpu(&self) -> &Gpu {
         &self.canvas.gpu
     }
@@ -89,19 +72,6 @@ impl WindowSurface {
     /// Why the graphics device is lost, if it is.
     pub(crate) fn loss(&self) -> Option<&str> {
         self.loss.get().map(String::as_str)
-    }
-
-    /// Loses the surface or the device, as a driver may.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub(crate) fn lose(&mut self, what: Loss) {
-        match what {
-            Loss::Surface => self.is_lost = true,
-            Loss::Device => {
-                self.canvas.gpu.device.destroy();
-                // That it is lost is told by the queue, once it is empty.
-                self.canvas.gpu.device.poll(wgpu::PollType::Poll).ok();
-            }
-        }
     }
 
     /// Takes the size of the window; a minimised one has none.
@@ -120,13 +90,6 @@ impl WindowSurface {
     pub(crate) fn is_visible(&self) -> bool {
         let size = self.window.inner_size();
         0 < size.width && 0 < size.height
-    }
-
-    /// Takes over egui's textures of what is not drawn.
-    #[cfg(target_arch = "wasm32")]
-    pub(crate) fn take_textures(&mut self, painting: &mut Painting) {
-        self.canvas.take_textures(painting);
-        self.canvas.free_textures(painting);
     }
 
     /// Draws a frame, or only takes over egui's textures where the window has none to give.

@@ -1,6 +1,6 @@
 //! The clipboard of a page, which the browser sees to when it pastes.
 
-use super::tell;
+use super::page::tell;
 use egui::OutputCommand;
 use winit::event::WindowEvent;
 

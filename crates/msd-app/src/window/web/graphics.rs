@@ -1,6 +1,6 @@
 //! The loss of the graphics device: a browser takes it away when it likes, and gives another.
 
-use super::super::Arrival;
+use super::host::PageEvent;
 use super::page::send;
 use std::cell::RefCell;
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -10,11 +10,11 @@ thread_local! {
 }
 
 /// Lets the window know when a device is lost, and asks for another.
-pub(in super::super) fn watch_device(device: &wgpu::Device) {
+pub(super) fn watch_device(device: &wgpu::Device) {
     // WebGL2 has no such word: there the canvas says so, and the page passes it on.
     device.set_device_lost_callback(|_, _| {
-        send(Arrival::Lost);
-        send(Arrival::Restored);
+        send(PageEvent::Lost);
+        send(PageEvent::Restored);
     });
     DEVICE.set(Some(device.clone()));
 }
@@ -22,13 +22,13 @@ pub(in super::super) fn watch_device(device: &wgpu::Device) {
 /// Tells the window that the canvas has lost its graphics context.
 #[wasm_bindgen]
 pub fn graphics_lost() {
-    send(Arrival::Lost);
+    send(PageEvent::Lost);
 }
 
 /// Tells the window that the canvas has a graphics context again.
 #[wasm_bindgen]
 pub fn graphics_restored() {
-    send(Arrival::Restored);
+    send(PageEvent::Restored);
 }
 
 /// Destroys the graphics device, as a browser may: for tests.

@@ -9,12 +9,12 @@ mod replay;
 mod study;
 mod verify;
 mod speed;
+mod host;
 
 pub(super) use clipboard::PageClipboard;
 pub use fault::report_panics;
-pub(super) use graphics::watch_device;
+pub(crate) use host::Page;
 pub use page::start;
-pub(super) use page::{give, keep, tell};
 
 use super::{Missing, Shell};
 use crate::viewer::Viewer;
@@ -36,7 +36,7 @@ fn show(viewer: Viewer) -> Result<(), Missing> {
 }
 
 /// What the user did, in points of the page, and with all fingers on one screen.
-pub(super) fn adapted(mut raw: egui::RawInput, context: &egui::Context) -> egui::RawInput {
+fn adapted(mut raw: egui::RawInput, context: &egui::Context) -> egui::RawInput {
     join_fingers(&mut raw);
     fit_points(&mut raw, context);
     raw
@@ -66,6 +66,6 @@ fn join_fingers(raw: &mut egui::RawInput) {
 }
 
 /// The canvas of the page; without one winit makes its own, which nobody sees.
-pub(super) fn canvas() -> Option<HtmlCanvasElement> {
+fn canvas() -> Option<HtmlCanvasElement> {
     web_sys::window()?.document()?.get_element_by_id(CANVAS)?.dyn_into().ok()
 }

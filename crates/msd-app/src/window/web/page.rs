@@ -4,6 +4,7 @@
 //! with the kind and the text of whatever the window has to tell: see [`tell`].
 
 use super::super::{Arrival, Watcher, status_file};
+use super::host::PageEvent;
 use super::opening::{link_of, unpacked};
 use super::show;
 use crate::link::Link;
@@ -167,12 +168,13 @@ fn ask_for(question: impl FnOnce(&mut Viewer) -> Result<JsValue, String> + 'stat
             // Settling a promise throws nothing.
             settle.call1(&JsValue::NULL, &answer).ok();
         };
-        send(Arrival::Ask(Box::new(answer)));
+        send(PageEvent::Ask(Box::new(answer)));
     })
 }
 
 /// Sends something to the window. Without a window nobody answers.
-pub(super) fn send(arrival: Arrival) {
+pub(super) fn send(event: PageEvent) {
+    let arrival = Arrival::Host(event);
     WINDOW.with_borrow(|window| window.as_ref().map(|window| window.send_event(arrival).ok()));
 }
 

@@ -7,7 +7,7 @@ use winit::keyboard::{Key, ModifiersState, NamedKey};
 use winit::raw_window_handle::{HasDisplayHandle, RawDisplayHandle};
 
 /// The clipboard, and the keys that are held.
-pub(super) struct Clipboard {
+pub(in crate::window) struct Clipboard {
     /// The clipboard, or why there is none; nothing where egui-winit sees to it.
     text: Option<Result<arboard::Clipboard, String>>,
     held: ModifiersState,
@@ -15,7 +15,7 @@ pub(super) struct Clipboard {
 
 impl Clipboard {
     /// The clipboard of the display that a window is on.
-    pub(super) fn of(display: &impl HasDisplayHandle) -> Self {
+    pub(in crate::window) fn of(display: &impl HasDisplayHandle) -> Self {
         let handle = display.display_handle().map(|handle| handle.as_raw());
         let is_wayland = matches!(handle, Ok(RawDisplayHandle::Wayland(_)));
         let text =
@@ -27,7 +27,7 @@ impl Clipboard {
     ///
     /// # Errors
     /// A line on why it could not.
-    pub(super) fn copy(&mut self, commands: &[OutputCommand]) -> Result<(), String> {
+    pub(in crate::window) fn copy(&mut self, commands: &[OutputCommand]) -> Result<(), String> {
         let Some(clipboard) = &mut self.text else { return Ok(()) };
         for command in commands {
             let OutputCommand::CopyText(text) = command else { continue };
@@ -39,7 +39,7 @@ impl Clipboard {
     }
 
     /// Hands over the text that an event is about to paste, before egui-winit reads the event.
-    pub(super) fn offer(&mut self, event: &WindowEvent, input: &mut egui_winit::State) {
+    pub(in crate::window) fn offer(&mut self, event: &WindowEvent, input: &mut egui_winit::State) {
         let Some(Ok(clipboard)) = &mut self.text else { return };
         if let WindowEvent::ModifiersChanged(held) = event {
             self.held = held.state();

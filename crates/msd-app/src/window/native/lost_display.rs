@@ -3,8 +3,9 @@
 //! The library of X11 prints a line and ends the program, in the middle of a call. What is left to
 //! do then is done by a value of the main thread, which is dropped while the program ends.
 
+use super::super::{Arrival, Shell, kept};
+use super::preferences_file;
 use super::scale::SIZE;
-use super::{Arrival, Shell, kept, preferences_file};
 use std::cell::RefCell;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -37,7 +38,7 @@ impl Shell {
     /// window is not asked for its size any more.
     pub(super) fn leave(&mut self) -> String {
         let size = self.viewer.preferences.size.unwrap_or(SIZE);
-        let scale = self.context.zoom_factor() / self.stretch;
+        let scale = self.context.zoom_factor() / self.host.stretch;
         preferences_file::write(self.viewer.remember(size, scale));
         self.viewer.session.stop_recording();
         kept(&self.viewer)

@@ -1,7 +1,7 @@
 //! The window without a screen: frames of a given duration, as pictures in memory.
 
-use super::canvas::{Canvas, Painting};
-use super::lay_out;
+use super::super::canvas::{Canvas, Painting};
+use super::super::lay_out;
 use crate::panel;
 use crate::viewer::Viewer;
 use egui::accesskit::{Node, NodeId, Role};

@@ -1,12 +1,25 @@
 //! The window on a desktop.
 
-use super::lost_display::{self, panic_text, plain};
-use super::surface::Loss;
-use super::{Arrival, Missing, Shell, ViewError, preferences_file, status_file};
+mod clipboard;
+mod film;
+mod scale;
+mod preferences_file;
+mod lost_display;
+mod desktop;
+
+pub(super) use clipboard::Clipboard;
+pub(crate) use desktop::Desktop;
+pub use film::Film;
+
+use super::{Arrival, Missing, Shell, ViewError, Watcher, status_file};
 use crate::link::Link;
 use crate::viewer::{Viewer, catalogue};
+use desktop::Loss;
+use lost_display::{panic_text, plain};
 use msd_scene::Loaded;
 use std::cell::RefCell;
+use std::fs::File;
+use std::io::{self, LineWriter, Write};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -54,10 +67,11 @@ fn run(mut viewer: Viewer, status: Option<&Path>) -> Result<(), Missing> {
     let (preferences, damage) = preferences_file::read();
     viewer.set_preferences(preferences);
     viewer.note = damage;
-    let watcher = status.map(status_file::watcher).transpose().map_err(Missing::Status)?;
+    let watcher = status.map(watcher).transpose().map_err(Missing::Status)?;
     let event_loop = event_loop()?;
-    let shell = Shell::new(viewer, event_loop.create_proxy(), watcher);
-    let shell = Rc::new(RefCell::new(Shell { to_lose: to_lose(), ..shell }));
+    let mut shell = Shell::new(viewer, event_loop.create_proxy(), watcher);
+    shell.host.to_lose = to_lose();
+    let shell = Rc::new(RefCell::new(shell));
     lost_display::watch(&shell);
     let ended = event_loop.run_app(&mut lost_display::Lent(shell.clone()));
     lost_display::unwatch();
@@ -71,6 +85,20 @@ fn run(mut viewer: Viewer, status: Option<&Path>) -> Result<(), Missing> {
         }
         (None, Err(error)) => Err(Missing::Window(error.to_string())),
     }
+}
+
+/// Opens the status file and returns what writes it.
+fn watcher(path: &Path) -> io::Result<Watcher> {
+    let mut file = LineWriter::new(File::create(path)?);
+    let mut frame = 0u64;
+    Ok(Box::new(move |viewer, pixels_per_point, focus| {
+        frame += 1;
+        let mut line = status_file::report(viewer, pixels_per_point, frame);
+        line["focus"] = focus.into();
+        if let Err(error) = writeln!(file, "{line}") {
+            log::warn!("the status file cannot be written: {error}");
+        }
+    }))
 }
 
 fn to_lose() -> Option<Loss> {
