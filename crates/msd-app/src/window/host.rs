@@ -1,4 +1,4 @@
-//! What a desktop and the page of a browser do each in their own way.
+//! The host of a window: a desktop, or the page of a browser, each with ways of its own.
 
 use super::Shell;
 use super::error::Missing;

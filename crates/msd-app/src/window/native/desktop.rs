@@ -1,4 +1,4 @@
-//! What the window does on a desktop.
+//! A desktop as the host of a window.
 
 use super::super::Shell;
 use super::super::host::Host;

@@ -1,7 +1,6 @@
 //! The loss of the graphics device: a browser takes it away when it likes, and gives another.
 
-use super::host::PageEvent;
-use super::page::send;
+use super::page::{PageEvent, send};
 use std::cell::RefCell;
 use wasm_bindgen::prelude::wasm_bindgen;
 

@@ -1,4 +1,4 @@
-//! What the window does on the page of a browser.
+//! The page of a browser as the host of a window.
 
 use super::super::canvas::Painting;
 use super::super::error::Missing;
@@ -6,7 +6,7 @@ use super::super::host::Host;
 use super::super::surface::WindowSurface;
 use super::super::{Shell, panel_context, panel_input};
 use super::graphics::watch_device;
-use super::page::{give, keep, tell};
+use super::page::{PageEvent, give, keep, tell};
 use super::{adapted, canvas};
 use crate::panel;
 use crate::viewer::{Preferences, Viewer};
@@ -25,16 +25,6 @@ pub(crate) struct Page {
     is_lost: bool,
     /// The piece of the panels that is to be laid out next before the first frame.
     rehearsed: Option<usize>,
-}
-
-/// What a page tells the window.
-pub(crate) enum PageEvent {
-    /// The graphics device is lost; a browser takes it away when it likes.
-    Lost,
-    /// There is a graphics device to be had again.
-    Restored,
-    /// What the page does between two frames.
-    Ask(Box<dyn FnOnce(&mut Viewer)>),
 }
 
 impl Host for Page {

@@ -4,7 +4,6 @@
 //! with the kind and the text of whatever the window has to tell: see [`tell`].
 
 use super::super::{Arrival, Watcher, status_file};
-use super::host::PageEvent;
 use super::opening::{link_of, unpacked};
 use super::show;
 use crate::link::Link;
@@ -14,6 +13,16 @@ use std::cell::{Cell, RefCell};
 use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
 use winit::event_loop::EventLoopProxy;
+
+/// What a page tells the window.
+pub(crate) enum PageEvent {
+    /// The graphics device is lost; a browser takes it away when it likes.
+    Lost,
+    /// There is a graphics device to be had again.
+    Restored,
+    /// What the page does between two frames.
+    Ask(Box<dyn FnOnce(&mut Viewer)>),
+}
 
 thread_local! {
     static TOLD: RefCell<Option<Function>> = const { RefCell::new(None) };
