@@ -96,7 +96,8 @@ struct Course {
     watch: Watch,
     /// Kinetic, elastic and gravitational energy at the start, joules.
     start: f64,
-    /// Sum and number of the same over the last quarter, and the largest kinetic and elastic part.
+    /// Sum and number of the same, without what was supplied, over the last quarter, and the largest
+    /// kinetic and elastic part.
     late: (f64, u64),
     moving: f64,
     /// What rounding may have added, joules.
@@ -120,7 +121,7 @@ impl Course {
         let (energy, rounding) = on!(runner, simulation => simulation.energy_and_rounding());
         self.rounding += rounding;
         if late {
-            self.late.0 += energy.mechanical();
+            self.late.0 += energy.mechanical() - energy.supplied;
             self.late.1 += 1;
             self.moving = f64::max(self.moving, energy.kinetic + energy.elastic);
         }
