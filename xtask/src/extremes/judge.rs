@@ -96,8 +96,8 @@ struct Course {
     watch: Watch,
     /// Kinetic, elastic and gravitational energy at the start, joules.
     start: f64,
-    /// Sum and number of the same, without what was supplied, over the last quarter, and the largest
-    /// kinetic and elastic part.
+    /// Sum and number of the same, without what was supplied, over the last quarter, and the
+    /// largest kinetic and elastic part.
     late: (f64, u64),
     moving: f64,
     /// What rounding may have added, joules.
