@@ -8,6 +8,7 @@ use crate::drivers;
 use crate::panel;
 use crate::viewer::{Preferences, Viewer};
 use msd_render::Gpu;
+use std::convert::Infallible;
 use std::time::Duration;
 use winit::dpi::LogicalSize;
 use winit::event::InnerSizeWriter;
@@ -37,11 +38,9 @@ pub(super) enum Loss {
     Device,
 }
 
-/// What a desktop tells the window: nothing that winit does not.
-pub(crate) enum DesktopEvent {}
-
 impl Host for Desktop {
-    type Event = DesktopEvent;
+    /// None: winit sees to all of them.
+    type Event = Infallible;
     const ENDS_UNNOTICED: bool = false;
 
     fn new(viewer: &Viewer) -> Self {
@@ -110,7 +109,7 @@ impl Host for Desktop {
         }
     }
 
-    fn hear(_: &mut Shell, _: &ActiveEventLoop, event: DesktopEvent) {
+    fn hear(_: &mut Shell, _: &ActiveEventLoop, event: Infallible) {
         match event {}
     }
 }
