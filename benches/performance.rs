@@ -1,4 +1,4 @@
-//! Speeds of the kernels, measured here and now for `docs/performance.md`.
+//! Speeds of the kernels, measured here and now for `docs/measured/performance.md`.
 //!
 //! Rewrites the tables between the marks of the page.
 //!
@@ -82,7 +82,7 @@ fn main() -> std::io::Result<()> {
         results: Results::default(),
         memories: Vec::new(),
     };
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/performance.md");
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/measured/performance.md");
     let everything = testing || arguments.is_empty();
     for (name, section) in SECTIONS {
         if !everything && !arguments.iter().any(|argument| argument == name) {
@@ -93,7 +93,7 @@ fn main() -> std::io::Result<()> {
         if !testing {
             let text = std::fs::read_to_string(&page)?;
             let put = xtask::marks::put(&text, name, &table);
-            let put = put.unwrap_or_else(|| panic!("docs/performance.md has no marks for {name}"));
+            let put = put.unwrap_or_else(|| panic!("the page has no marks for {name}"));
             std::fs::write(&page, put)?;
         }
     }

@@ -11,8 +11,8 @@
 //! something touches.
 //!
 //! Scenes of more than 100,000 springs take part where a filter names them (`-- cloth/316`), or all
-//! of them where the environment sets `MSD_LARGE`. `docs/performance.md` has the figures, by
-//! `cargo bench --bench performance`.
+//! of them where the environment sets `MSD_LARGE`. `docs/measured/performance.md` has the figures
+//! of `cargo bench --bench performance`.
 
 mod baselines;
 

@@ -1,4 +1,4 @@
-//! Studies of four scenes, measured here and now for `docs/trade.md`.
+//! Studies of four scenes, measured here and now for `docs/measured/trade.md`.
 //!
 //! Rewrites the tables between the marks of the page, and its figures.
 //!
@@ -36,7 +36,7 @@ fn main() -> Result<()> {
         return Ok(());
     }
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let page = root.join("docs/trade.md");
+    let page = root.join("docs/measured/trade.md");
     let mut text = std::fs::read_to_string(&page)?;
     let mut studies = Vec::new();
     for (name, duration, budget) in STUDIES {
@@ -44,7 +44,8 @@ fn main() -> Result<()> {
             study(&scene(root, name)?, Plan { duration, budget, ..Plan::default() }, &mut |p| {
                 eprintln!("{name}: {} done, {}", p.done, p.now);
             })?;
-        std::fs::write(root.join(format!("docs/trade/{name}.svg")), msd::report::svg(&studied))?;
+        let figure = root.join(format!("docs/measured/trade/{name}.svg"));
+        std::fs::write(figure, msd::report::svg(&studied))?;
         text = put(&text, name, &front(&studied));
         std::fs::write(&page, &text)?;
         studies.push(studied);
@@ -65,14 +66,14 @@ fn main() -> Result<()> {
 }
 
 fn scene(root: &Path, name: &str) -> Result<Loaded> {
-    let file = root.join(format!("docs/trade/{name}.toml"));
+    let file = root.join(format!("docs/measured/trade/{name}.toml"));
     Ok(if file.exists() { msd::scene::load(&file)? } else { msd::scene::open(name)? })
 }
 
 /// Puts a table between `<!-- begin NAME -->` and `<!-- end NAME -->`.
 fn put(text: &str, name: &str, table: &str) -> String {
     let put = xtask::marks::put(text, name, table);
-    put.unwrap_or_else(|| panic!("docs/trade.md has no marks for {name}"))
+    put.unwrap_or_else(|| panic!("docs/measured/trade.md has no marks for {name}"))
 }
 
 fn front(study: &Study) -> String {

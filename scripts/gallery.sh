@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes docs/gallery.md anew: a picture of every built-in scene, with its line.
+# Makes docs/reference/gallery.md anew: a picture of every built-in scene, with its line.
 #
 # Needs a graphics adapter (mesa-vulkan-drivers will do) and cwebp (apt install webp). Another msd
 # than that of `cargo run --release` is taken from MSD.
@@ -35,7 +35,7 @@ moment() {
 }
 
 msd=${MSD:-cargo run --quiet --release --}
-folder=docs/gallery
+folder=docs/reference/gallery
 pictures=$(mktemp -d)
 trap 'rm -r "$pictures"' EXIT
 mkdir -p $folder
@@ -48,7 +48,7 @@ rm -f $folder/*.webp
     echo
     echo '| | |'
     echo '|---|---|'
-} > docs/gallery.md
+} > docs/reference/gallery.md
 row=
 while read -r name title; do
     $msd render "$name" --time "$(moment "$name")" --size 960x540 --quiet --out "$pictures/$name.png"
@@ -57,9 +57,9 @@ while read -r name title; do
     if [ -z "$row" ]; then
         row="| $cell |"
     else
-        echo "$row $cell |" >> docs/gallery.md
+        echo "$row $cell |" >> docs/reference/gallery.md
         row=
     fi
 done < <($msd scenes)
-[ -z "$row" ] || echo "$row |" >> docs/gallery.md
+[ -z "$row" ] || echo "$row |" >> docs/reference/gallery.md
 du -cb $folder/*.webp | tail -1

@@ -1,5 +1,5 @@
 // Compares steps in Chromium with those of the same build for any x86-64, in turn, and writes the
-// table in docs/performance.md: node web/speed.mjs, after scripts/web.sh.
+// table in docs/measured/performance.md: node web/speed.mjs, after scripts/web.sh.
 import { execFileSync } from 'node:child_process';
 import { readFile, writeFile } from 'node:fs/promises';
 import { Page, WAYS, executable, serve } from './browser.mjs';
@@ -32,7 +32,7 @@ const version = page.context.browser()?.version() ?? '';
 await page.close();
 server.close();
 
-const path = `${root}docs/performance.md`;
+const path = `${root}docs/measured/performance.md`;
 const text = await readFile(path, 'utf8');
 const table = '| scene | SSE2, here | simd128, in the page | page / here |\n|---|---|---|---|\n'
   + `${rows.join('\n')}\n\nChromium ${version}, ${new Date().toISOString().slice(0, 10)}.\n`;

@@ -1,5 +1,6 @@
 // Measures how soon a first visitor sees the page move, by either way of drawing, and writes the
-// table in docs/browser.md: node web/start.mjs, after scripts/web.sh. The files come over loopback.
+// table in docs/reference/browser.md: node web/start.mjs, after scripts/web.sh. The files come over
+// loopback.
 import { readFile, writeFile } from 'node:fs/promises';
 import { cpus, loadavg } from 'node:os';
 import { Page, WAYS, executable, serve } from './browser.mjs';
@@ -45,7 +46,7 @@ async function times(way) {
   return seen;
 }
 
-const path = `${root}docs/browser.md`;
+const path = `${root}docs/reference/browser.md`;
 const [before, rest] = (await readFile(path, 'utf8')).split('<!-- begin start -->\n');
 const [, after] = rest.split('<!-- end start -->');
 const table = '| drawn by | program there, s | first picture, s | first motion, s |\n|---|---|---|---|\n'

@@ -1,5 +1,5 @@
 // Measures how long the page does not respond while each built-in scene is opened and then runs for
-// three seconds, and writes the table in docs/browser.md: node web/tasks.mjs, after scripts/web.sh.
+// three seconds, and writes the table in docs/reference/browser.md: node web/tasks.mjs, after scripts/web.sh.
 //
 // In time of the processor, which other programs do not lengthen: the browser traces the tasks of
 // the thread that the page is on.
@@ -73,7 +73,7 @@ const version = await page.cdp.send('Browser.getVersion');
 await page.close();
 server.close();
 
-const path = `${root}docs/browser.md`;
+const path = `${root}docs/reference/browser.md`;
 const [before, rest] = (await readFile(path, 'utf8')).split('<!-- begin tasks -->\n');
 const [, after] = rest.split('<!-- end tasks -->');
 const table = '| scene | opening, ms | running, ms |\n|---|---|---|\n'

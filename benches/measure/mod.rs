@@ -1,4 +1,4 @@
-//! Measurements behind `docs/performance.md`.
+//! Measurements behind `docs/measured/performance.md`.
 
 pub mod asked;
 pub mod compiler;

@@ -38,7 +38,7 @@ enum Command {
     },
     /// Compares clamped beams of a few cells across with theory: what a coarse lattice costs
     BeamTable {
-        /// Put the table between the marks of this page as well, as in docs/materials.md
+        /// Put the table between the marks of this page as well, as in docs/measured/beams.md
         #[arg(long, value_name = "PAGE.md")]
         page: Option<PathBuf>,
         /// Draw the beams into this file

@@ -181,9 +181,9 @@ fn memory_is_what_the_documents_say() {
         let [c, d] = [cost::<f32>(integrator, &other), cost::<f64>(integrator, &other)];
         writeln!(table, "| {integrator} | {a} | {b} | {c} | {d} |").expect("a string has room");
     }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/endurance.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/measured/endurance.md");
     let text = std::fs::read_to_string(path).expect("the document");
-    assert!(text.contains(&table), "docs/endurance.md must have this table:\n{table}");
+    assert!(text.contains(&table), "docs/measured/endurance.md must have this table:\n{table}");
 }
 
 #[test]

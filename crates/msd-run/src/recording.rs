@@ -1,7 +1,8 @@
 //! Recordings: what was done to a run, and after which of its steps.
 //!
 //! A recording is the saved run that it starts from and the events that followed. It grows while it
-//! is made: one that a crash cut short holds all up to its last whole event. See `docs/files.md`.
+//! is made: one that a crash cut short holds all up to its last whole event. See
+//! `docs/reference/files.md`.
 
 use crate::runner::Runner;
 use msd_core::{Interaction, Settings};

@@ -99,7 +99,8 @@ const fn denim() -> Numbers {
         // Its forces are those of an energy C33 e12² per area, e12 being half of the angle.
         shear: c33 / 2.0,
         area_density: 0.324,
-        // A quarter of that of hinges: see docs/materials.md. A hinge bends what crosses it.
+        // A quarter of that of hinges: see docs/explanation/materials.md. A hinge bends what
+        // crosses it.
         bending: [across_2 / 4.0, across_1 / 4.0, across_45 / 4.0],
     }
 }

@@ -21,7 +21,7 @@ pub struct ExtremesArguments {
     /// The folder of the maps and tables
     #[arg(long, value_name = "FOLDER", default_value = "extremes")]
     out: PathBuf,
-    /// Put the tables between the marks of this page as well, as in docs/extremes.md
+    /// Put the tables between the marks of this page as well, as in docs/measured/extremes.md
     #[arg(long, value_name = "PAGE.md")]
     page: Option<PathBuf>,
     /// A coarse look: some seconds instead of some minutes

@@ -18,9 +18,9 @@ fn a_coarse_beam_is_too_stiff_by_the_table_of_the_documentation() {
         let (_, tip) = *row.line.last().expect("a line");
         assert!((100.0 * (tip - 1.0) - row.deflection).abs() < 1.0, "{tip}");
     }
-    let page = include_str!("../../../docs/materials.md");
+    let page = include_str!("../../../docs/measured/beams.md");
     let table = format!("<!-- begin beam -->\n{}<!-- end beam -->", text(&rows));
-    assert!(page.contains(&table), "docs/materials.md lacks this table:\n{table}");
+    assert!(page.contains(&table), "docs/measured/beams.md lacks this table:\n{table}");
 }
 
 #[test]

@@ -20,7 +20,7 @@ const METHOD: &str = "For half a second at a time a copy of the run goes along i
     How far apart the two are at the end is the error made in that time (step doubling). It costs \
     about three quarters as much as the run itself. In nine of ten windows of built-in and \
     generated scenes the true error is between a third of it and three times as much \
-    (docs/trade.md).";
+    (docs/measured/trade.md).";
 /// The factor within which nine of ten estimates are right.
 const BAND: f64 = 3.0;
 

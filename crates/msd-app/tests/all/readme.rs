@@ -1,4 +1,4 @@
-//! The commands of README.md and docs/using.md, pasted in the order in which they stand, each page
+//! The commands of README.md and docs/reference/command-line.md, pasted in their order, each page
 //! in a folder of its own. What would take minutes is given less to do.
 
 use crate::common::{folder, msd, outcome, text};
@@ -84,6 +84,6 @@ fn the_commands_of_the_readme_run_in_the_order_in_which_they_stand() {
 }
 
 #[test]
-fn the_commands_of_using_msd_run_in_the_order_in_which_they_stand() {
-    assert!(10 < paste("docs/using.md"));
+fn the_commands_of_the_command_line_run_in_the_order_in_which_they_stand() {
+    assert!(10 < paste("docs/reference/command-line.md"));
 }

@@ -53,7 +53,7 @@ fn energy_of_bounces_that_dampers_dissipate_is_a_field() {
     let run = ["run", "dice", "--substeps", "16", "--duration", "5", "--json"];
     let output = outcome(msd(folder.path(), &run));
     let told = parse(&text(&output.stdout));
-    // 4.1 kJ of 72: see docs/trade.md, "Bounces of stiff bodies".
+    // 4.1 kJ of 72: see docs/measured/trade.md, "Bounces of stiff bodies".
     let change = told["imbalance"].as_f64().expect("a number");
     assert!((3e3..5e3).contains(&change), "{change}");
     assert!(!text(&output.stderr).contains("total energy"), "less than a tenth");
@@ -142,7 +142,7 @@ fn a_scene_far_away_runs_in_f64_unless_told_otherwise_and_then_warns_of_lost_dig
 #[test]
 fn each_key_of_the_report_is_documented() {
     let told = parse(&text(&outcome(msd(folder().path(), &["run", "cube", "--json"])).stdout));
-    let page = include_str!("../../../../docs/using.md");
+    let page = include_str!("../../../../docs/reference/command-line.md");
     let table = page.split("## The JSON report").nth(1).expect("a table");
     for key in told.as_object().expect("an object").keys() {
         let is_named = |row: &str| row.split(" | ").next().unwrap().contains(&format!("`{key}`"));

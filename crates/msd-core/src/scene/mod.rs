@@ -116,7 +116,7 @@ impl Bend {
     /// With l the length of the edge, h2 and h3 the heights above it and θ the angle between the
     /// triangles, 0 where they are in a plane, L is 2 h, h = 2 h2 h3/(h2 + h3), and φ is θ/2. A
     /// small change of θ stores B l² (θ − θ0)²/(2 A), where A is the area of both: equilateral
-    /// triangles bend as a plate, others do not, see `docs/materials.md`.
+    /// triangles bend as a plate, others do not, see `docs/explanation/materials.md`.
     ///
     /// `None` where a triangle has no area.
     pub fn hinge(particles: [usize; 4], at: [DVec3; 4], bending: f64) -> Option<Self> {

@@ -1,7 +1,7 @@
 //! Sliding, bounces and minutes of rest on slopes in random directions, up to 1e6 m from the
 //! origin.
 //!
-//! The rows of the table of docs/trade.md, beside what each may be off:
+//! The rows of the table of docs/measured/trade.md, beside what each may be off:
 //! `CONTACT_TABLE=FILE cargo test --release -p msd-core --test contact -- --ignored`.
 
 use crate::table::{G, H, Measures, is_double, run, start};

@@ -104,7 +104,7 @@ fn xpbd_endures() {
 }
 
 #[test]
-#[ignore = "writes the table of docs/trade.md to the file named by CONTACT_TABLE"]
+#[ignore = "writes the table of docs/measured/trade.md to the file named by CONTACT_TABLE"]
 fn the_page_is_written() {
     let file = std::env::var("CONTACT_TABLE").expect("the name of a file");
     std::fs::write(file, table::page()).expect("a file that can be written");

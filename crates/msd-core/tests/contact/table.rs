@@ -235,7 +235,7 @@ pub const ENDURANCE: &[Scenario] = &[
     scenario!(endurance::a_force_presses, "a force holds a particle to a wall"),
 ];
 
-/// What each of these may be off, in the words of docs/trade.md.
+/// What each of these may be off, in the words of docs/measured/trade.md.
 const ALLOWED: [&str; 9] = [
     "8 roundings of its place in 20 s",
     "a h t, or rounding from order 2 on",
@@ -327,7 +327,8 @@ pub fn check(table: &[Scenario], integrator: Integrator) {
     assert!(failures.is_empty(), "{head}\n{failures}");
 }
 
-/// The table of docs/trade.md: the worst of each method in f32 and f64, as a fraction of its bound.
+/// The table of docs/measured/trade.md: the worst of each method in f32 and f64, as a fraction of
+/// its bound.
 pub fn page() -> String {
     let mut page = String::from("| what | allowed |");
     Integrator::ALL.iter().for_each(|integrator| write!(page, " {integrator} |").expect("memory"));

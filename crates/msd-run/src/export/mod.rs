@@ -1,6 +1,7 @@
 //! Runs in files of other programs: meshes of a moment, and motion over time.
 //!
-//! `skin.rs` is what is seen of a scene; each other file writes a format. See `docs/export.md`.
+//! `skin.rs` is what is seen of a scene; each other file writes a format. See
+//! `docs/reference/export.md`.
 
 mod skin;
 mod mesh_files;

@@ -1,6 +1,6 @@
 //! Saved runs, which go on from where they were to the last bit.
 //!
-//! A file ending in `.msd` holds everything that a step reads: see `docs/files.md`.
+//! A file ending in `.msd` holds everything that a step reads: see `docs/reference/files.md`.
 
 use crate::disk::Output;
 use crate::error::FileError;

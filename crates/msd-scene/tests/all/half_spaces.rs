@@ -47,7 +47,7 @@ fn a_half_space_is_the_same_after_writing_it_and_reading_it_again() {
 
 #[test]
 fn the_example_of_the_documentation_runs() {
-    let docs = include_str!("../../../../docs/scenes.md");
+    let docs = include_str!("../../../../docs/reference/scenes.md");
     let mut blocks = docs.split("```toml\n").filter_map(|rest| rest.split("```").next());
     let example = blocks.find(|block| block.contains("half_space")).expect("an example");
     let body = "version = 1\n[[bodies]]\nkind = 'rope'\nsize = [2]\nspacing = 0.1\nmass = 1\n";

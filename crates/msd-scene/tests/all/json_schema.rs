@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 /// The examples of the reference page that are whole scenes.
 fn examples() -> impl Iterator<Item = &'static str> {
-    let page = include_str!("../../../../docs/scenes.md");
+    let page = include_str!("../../../../docs/reference/scenes.md");
     let blocks = page.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next());
     blocks.filter(|block| block.contains("version = 1"))
 }

@@ -8,7 +8,7 @@ use msd_scene::materials::{
 use msd_scene::{Loaded, SceneFormat, parse};
 use std::f64::consts::PI;
 
-const PAGE: &str = include_str!("../../../../docs/materials.md");
+const PAGE: &str = include_str!("../../../../docs/explanation/materials.md");
 
 fn toml(text: &str) -> Result<Loaded, String> {
     parse(text, SceneFormat::Toml, "s.toml").map_err(|error| error.to_string())
@@ -280,7 +280,7 @@ fn the_page_lists_every_material_with_its_source() {
     let note = "steel: Poisson's ratio is 1/4, that of springs, instead of 0.3; `poisson = 0.3` \
                 costs more";
     assert_eq!(notes, [note]);
-    assert!(PAGE.contains(&rows), "docs/materials.md should end in\n{rows}");
+    assert!(PAGE.contains(&rows), "docs/explanation/materials.md should end in\n{rows}");
 }
 
 #[test]
@@ -288,8 +288,8 @@ fn the_scenes_of_the_page_are_complete() {
     let scenes: Vec<&str> = PAGE.split("```toml\n").skip(1).collect();
     // The files of which the pictures are made.
     let files = [
-        include_str!("../../../../docs/materials/gelatine.toml"),
-        include_str!("../../../../docs/materials/denim.toml"),
+        include_str!("../../../../docs/explanation/materials/gelatine.toml"),
+        include_str!("../../../../docs/explanation/materials/denim.toml"),
     ];
     assert_eq!(scenes.len(), files.len());
     for (scene, file) in scenes.into_iter().zip(files) {
@@ -298,7 +298,7 @@ fn the_scenes_of_the_page_are_complete() {
         let loaded = toml(text).expect("a scene");
         assert!(loaded.scene.springs.iter().all(|spring| 0.0 < spring.damping));
     }
-    toml(include_str!("../../../../docs/materials/shells.toml")).expect("a scene");
+    toml(include_str!("../../../../docs/explanation/materials/shells.toml")).expect("a scene");
 }
 
 /// Lines of a body, and what is said of them.

@@ -1,4 +1,4 @@
-//! The tables of `docs/scenes.md`, made from the keys of the schema.
+//! The tables of `docs/reference/scenes.md`, made from the keys of the schema.
 //!
 //! A table stands between `<!-- begin keys of PATH -->` and `<!-- end keys of PATH -->`; after the
 //! path `: FIRST to LAST` asks for a part of its keys. After a change of the schema renew the page
@@ -9,7 +9,7 @@ use msd_scene::schema::SceneFile;
 use std::fs;
 use std::path::Path;
 
-const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scenes.md");
+const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/reference/scenes.md");
 const BEGIN: &str = "<!-- begin keys of ";
 
 /// What the column of the domain says of a key.
@@ -93,13 +93,16 @@ fn the_page_has_every_key_with_what_the_schema_says_of_it() {
     let (text, held) = renewed(&page);
     for (path, key) in SceneFile::TABLE.paths() {
         let is_held = held.iter().any(|&row| std::ptr::eq(row, key));
-        assert!(is_held, "docs/scenes.md has no table with {path}");
+        assert!(is_held, "docs/reference/scenes.md has no table with {path}");
     }
     if std::env::var_os("MSD_RENEW").is_some() {
         fs::write(PAGE, &text).expect("the page");
     }
     let is_new = fs::read_to_string(PAGE).expect("the page") == text;
-    assert!(is_new, "docs/scenes.md: MSD_RENEW=1 cargo test -p msd-scene --test all reference");
+    assert!(
+        is_new,
+        "docs/reference/scenes.md: MSD_RENEW=1 cargo test -p msd-scene --test all reference"
+    );
 }
 
 #[test]

@@ -246,7 +246,7 @@ fn what_lies_in_its_domain_runs_and_what_does_not_is_refused_by_its_words() {
 
 #[test]
 fn the_documentation_has_the_defaults_of_meshes() {
-    let docs = include_str!("../../../../docs/scenes.md");
+    let docs = include_str!("../../../../docs/reference/scenes.md");
     let defaults = |file: &str, faces: &str| {
         let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n{faces}");
         let mesh = parse_mesh(text.as_bytes(), Format::Obj, file).expect("a mesh");
@@ -270,7 +270,7 @@ fn the_documentation_has_the_defaults_of_meshes() {
 
 #[test]
 fn the_example_of_the_documentation_runs() {
-    let docs = include_str!("../../../../docs/scenes.md");
+    let docs = include_str!("../../../../docs/reference/scenes.md");
     let example = docs.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next());
     let loaded = toml(example.expect("an example")).expect("the example");
     let stable = run(&loaded, 60).expect("a run");

@@ -420,7 +420,7 @@ fn links_beyond_the_memory_are_refused_before_they_are_made() {
 
 /// The examples of the documentation that are whole scenes, by what follows their heading.
 fn examples() -> Vec<&'static str> {
-    let docs = include_str!("../../../../docs/scenes.md");
+    let docs = include_str!("../../../../docs/reference/scenes.md");
     let blocks = docs.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next());
     blocks.filter(|block| block.contains("version = 1")).collect()
 }

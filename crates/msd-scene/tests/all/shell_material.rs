@@ -195,7 +195,7 @@ fn hinges_bent(part: &Part) -> f64 {
 
 #[test]
 fn real_meshes_stretch_and_bend_by_the_figures_of_the_documentation() {
-    let page = include_str!("../../../../docs/materials.md");
+    let page = include_str!("../../../../docs/explanation/materials.md");
     let teapot = include_bytes!("../../meshes/teapot.obj");
     let teapot = mesh::parse(teapot, Format::Obj, "teapot.obj").unwrap();
     let mut lacking = Vec::new();
@@ -212,7 +212,7 @@ fn real_meshes_stretch_and_bend_by_the_figures_of_the_documentation() {
         println!("{row}");
         lacking.extend((!page.contains(&row)).then_some(row));
     }
-    assert!(lacking.is_empty(), "docs/materials.md lacks {lacking:?}");
+    assert!(lacking.is_empty(), "docs/explanation/materials.md lacks {lacking:?}");
 }
 
 #[test]

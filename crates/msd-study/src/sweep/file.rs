@@ -1,4 +1,4 @@
-//! Sweep files; `docs/sweeps.md` explains every key.
+//! Sweep files; `docs/reference/sweeps.md` explains every key.
 
 use crate::sweep::table::TableFormat;
 use crate::sweep::value::{Axis, Entry, MAX_CELLS};

@@ -1,5 +1,6 @@
 //! Sweeps of a scene over a grid of its keys. Every cell is a run of its own with a file of its
-//! own, so that a sweep can be stopped, resumed and spread over machines, see `docs/sweeps.md`.
+//! own, so that a sweep can be stopped, resumed and spread over machines, see
+//! `docs/reference/sweeps.md`.
 //!
 //! ```no_run
 //! use msd_study::sweep::{Store, Sweep};

@@ -8,7 +8,7 @@ use msd_core::{Integrator, Settings};
 
 type Measure = (&'static str, Kind, fn(&Measured) -> Datum);
 
-/// The columns after those of the grid, in their order; `docs/sweeps.md` explains each.
+/// The columns after those of the grid, in their order; `docs/reference/sweeps.md` explains each.
 const MEASURES: [Measure; 41] = [
     ("integrator", Kind::Text, |m| text(m.settings.integrator)),
     ("precision", Kind::Text, |m| text(m.precision)),

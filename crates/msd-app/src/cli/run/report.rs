@@ -18,7 +18,8 @@ pub fn set_keys(set: &[Assignment]) -> SetKeys {
     set.iter().map(|set| (set.key().into(), value(set))).collect()
 }
 
-/// What came of a run, the keys of `--json`: docs/using.md explains them, as a test checks.
+/// Result of a run, the keys of `--json`. A test checks that `docs/reference/command-line.md`
+/// explains each of them.
 #[derive(Debug, Serialize)]
 pub struct RunReport {
     pub scene: String,

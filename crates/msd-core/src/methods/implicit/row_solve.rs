@@ -36,7 +36,7 @@ pub(super) struct RowSolve<'a, R: Real> {
 /// The speed by which a row may miss, as a fraction of what gravity adds in a substep, or of what
 /// the first pass missed. The next substep starts from the impulses of this one, so at rest nothing
 /// of it is left. A tenth of it takes twice the iterations and changes no figure in
-/// `docs/contact.md`.
+/// `docs/explanation/contact.md`.
 const TOLERANCE: f64 = 1e-2;
 
 /// The way by which a row may miss in a substep before particles count as too fast, as a part of

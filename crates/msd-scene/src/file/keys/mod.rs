@@ -2,7 +2,8 @@
 //!
 //! The rows of [`schema`](super::schema) are written once, by `rows!`, which makes of each the
 //! field that serde reads and the row of a [`KeyTable`]. From the tables come the domain of a
-//! number, the kinds that use a key, the exponents of a finer scene, the tables of `docs/scenes.md`
+//! number, the kinds that use a key, the exponents of a finer scene, the tables of
+//! `docs/reference/scenes.md`
 //! and the JSON Schema.
 
 mod domain;

@@ -1,6 +1,6 @@
 //! Rows of bodies.
 
-use super::{LookRow, TouchRow};
+use super::{LookRow, MATERIAL_NAMES, TouchRow};
 use crate::file::keys::{Domain, Form, Live, Scale, Written, rows};
 use crate::mesh::Filling;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
@@ -109,7 +109,7 @@ rows! {
             { unit: "rad/s", domain: Domain::Words("three finite numbers, or a table") },
         /// Name of a material.
         material: Option<String> = "none"
-            { domain: Domain::Words("a name of [materials.md](materials.md)"), kinds: SPACED,
+            { domain: Domain::Words(MATERIAL_NAMES), kinds: SPACED,
               live: Live::Material,
               instead_of: &["young", "density", "relaxation_time", "damping_ratio"] },
         /// Young's modulus: how stiff the material is.

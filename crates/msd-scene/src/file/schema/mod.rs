@@ -1,4 +1,4 @@
-//! The rows of a scene file, schema version 1; `docs/scenes.md` explains every key.
+//! The rows of a scene file, schema version 1; `docs/reference/scenes.md` explains every key.
 //!
 //! A key that is left out is `None` or empty here and takes its default where the scene is built,
 //! so that a file that is read and written again says what its author said and no more.
@@ -36,6 +36,9 @@ pub use world::{KeyFrameRow, PlaneRow, SolidKind, SolidRow, WindRow, WorldRow};
 pub const VERSION: u32 = 1;
 /// The largest number of Newton iterations.
 pub const MOST_NEWTON: u32 = 1000;
+
+/// Domain of a material's name, with its page as seen from `docs/reference/scenes.md`.
+const MATERIAL_NAMES: &str = "a name of [materials.md](../explanation/materials.md)";
 
 rows! {
     /// A scene of msd.
@@ -84,8 +87,8 @@ rows! {
         /// Newton iterations of `backward-euler` and `implicit-midpoint` per substep.
         newton: Option<u64> = "1" { domain: Domain::Count(MOST_NEWTON as u64, "from 1 to 1000") },
         /// Precision of all numbers.
-        precision: Option<Precision> = "`f32`; `f64` where f32 is [too \
-            coarse](extremes.md#single-precision-far-from-the-origin) so far from the origin",
+        precision: Option<Precision> = "`f32`; `f64` where f32 is [too coarse]\
+            (../measured/extremes.md#single-precision-far-from-the-origin) so far from the origin",
     }
 }
 

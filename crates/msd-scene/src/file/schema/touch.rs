@@ -1,6 +1,6 @@
 //! Rows of how bodies meet.
 
-use super::BodyKey;
+use super::{BodyKey, MATERIAL_NAMES};
 use crate::file::keys::{Domain, LENGTH, Scale, rows};
 
 rows! {
@@ -42,7 +42,7 @@ rows! {
         /// Name of a material: all other bodies of it that have a table `touch` as well, but those
         /// that an entry of the pair names.
         material: Option<String> = "none: `body` says which"
-            { domain: Domain::Words("a name of [materials.md](materials.md)") },
+            { domain: Domain::Words(MATERIAL_NAMES) },
         /// Coulomb's coefficient of friction of the two.
         friction: Option<f64> = "the root of the product" { domain: Domain::Factor },
         /// Coefficient of restitution of the two.
