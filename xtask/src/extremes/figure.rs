@@ -211,7 +211,7 @@ fn draw_legend<DB: DrawingBackend>(pen: &Pen<DB>) -> Drawn<DB> {
         draw_key(pen, (x, lower), (colours::colour(outcome), outcome.name()))?;
         x += width;
     }
-    let failure = "failure: panic, hang, NaN, gain untold";
+    let failure = "failure: panic, hang, NaN, hidden gain";
     draw_key(pen, (x, lower), (colours::colour(Outcome::Panic), failure))?;
     pen.cross((x + 7.0, lower), ink::PAPER.light)
 }
