@@ -43,8 +43,8 @@ rm -f $folder/*.webp
 {
     echo '# Gallery'
     echo
-    echo 'Every built-in scene. Open one with `msd view NAME`; `scripts/gallery.sh` makes the pictures'
-    echo 'anew. How bodies look is a key of [scene files](scenes.md#look).'
+    echo 'Every built-in scene. Open one with `msd view NAME`. `scripts/gallery.sh` renews the pictures.'
+    echo 'The key [`look`](scenes.md#look) sets the appearance of bodies.'
     echo
     echo '| | |'
     echo '|---|---|'
@@ -53,7 +53,7 @@ row=
 while read -r name title; do
     $msd render "$name" --time "$(moment "$name")" --size 960x540 --quiet --out "$pictures/$name.png"
     cwebp -quiet -q 80 -m 6 -resize 640 0 "$pictures/$name.png" -o "$folder/$name.webp"
-    cell="![$title](gallery/$name.webp) <br> **$name**: $title"
+    cell="![$name](gallery/$name.webp) <br> **$name**: $title"
     if [ -z "$row" ]; then
         row="| $cell |"
     else
