@@ -53,7 +53,7 @@ fn energy_of_bounces_that_dampers_dissipate_is_a_field() {
     let run = ["run", "dice", "--substeps", "16", "--duration", "5", "--json"];
     let output = outcome(msd(folder.path(), &run));
     let told = parse(&text(&output.stdout));
-    // 4.1 kJ of 72: see docs/measured/trade.md, "Bounces of stiff bodies".
+    // 4.1 kJ of 72: see docs/explanation/accuracy.md, "Bounces of stiff bodies".
     let change = told["imbalance"].as_f64().expect("a number");
     assert!((3e3..5e3).contains(&change), "{change}");
     assert!(!text(&output.stderr).contains("total energy"), "less than a tenth");
