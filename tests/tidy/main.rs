@@ -2,6 +2,7 @@
 
 mod names;
 mod order;
+mod pages;
 
 use std::collections::BTreeSet;
 use std::fs;
