@@ -17,3 +17,7 @@ pub use msd_study as study;
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+#[cfg(doctest)]
+#[doc = include_str!("../docs/tutorial/first-program.md")]
+struct FirstProgram;

@@ -1,5 +1,5 @@
-//! The commands of README.md and docs/reference/command-line.md, pasted in their order, each page
-//! in a folder of its own. What would take minutes is given less to do.
+//! The commands of pages, pasted in the order in which they stand, each page in a folder of its own.
+//! Those that would take minutes are given less to do.
 
 use crate::common::{folder, msd, outcome, text};
 use std::fs;
@@ -9,13 +9,17 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// The lines of the blocks of a page that are for a shell, without their comments, and without the
-/// path that it is told.
-fn commands(page: &str) -> Vec<String> {
+/// The blocks of code of a page, each with its language.
+fn blocks(page: &str) -> Vec<(String, String)> {
     let text = fs::read_to_string(root().join(page)).expect(page);
-    let blocks = text.split("\n```sh\n").skip(1).filter_map(|rest| rest.split("\n```").next());
-    let lines = blocks.flat_map(str::lines).map(|line| line.split(" #").next().unwrap_or(""));
-    let lines = lines.map(|line| line.trim().to_owned());
+    let parts = text.split("\n```").skip(1).step_by(2);
+    let blocks = parts.filter_map(|part| part.split_once('\n'));
+    blocks.map(|(language, code)| (language.to_owned(), format!("{code}\n"))).collect()
+}
+
+/// The commands of a block, without comments and without the path that it sets.
+fn commands(block: &str) -> Vec<&str> {
+    let lines = block.lines().map(|line| line.split(" #").next().unwrap_or("").trim());
     lines.filter(|line| !line.is_empty() && !line.starts_with("export ")).collect()
 }
 
@@ -32,21 +36,41 @@ fn shorter(arguments: &[&str]) -> &'static [&'static str] {
         ["study", ..] => &["--duration", "0.05", "--time", "1"],
         ["tune", .., "--mesh"] => &["--duration", "0.05", "--time", "1"],
         ["tune", ..] => &["--duration", "0.05"],
+        ["sweep", .., "--list"] => &[],
         ["sweep", ..] => &["--list"],
+        // Pages of a film ask for no size; a picture of the README takes little.
+        ["render", .., "--out", out] if !out.ends_with(".png") || out.contains('%') => {
+            &["--size", "64x36"]
+        }
         _ => &[],
     }
 }
 
-/// Runs the commands of a page; returns how many of msd there were.
+/// Runs the commands of a page, and writes the files that it shows with their name in the first
+/// line; returns how many commands of msd there were.
 fn paste(page: &str) -> usize {
     let folder = folder();
     let mut count = 0;
-    for line in commands(page) {
-        let arguments = match &words(&line)[..] {
+    for (language, block) in blocks(page) {
+        let name = block.lines().next().and_then(|line| line.strip_prefix("# "));
+        match (&*language, name) {
+            ("sh", _) => count += run_all(page, folder.path(), &commands(&block)),
+            ("toml", Some(name)) => fs::write(folder.path().join(name), &block).expect(name),
+            _ => {}
+        }
+    }
+    count
+}
+
+/// Runs commands in a folder; returns how many of msd there were.
+fn run_all(page: &str, folder: &Path, lines: &[&str]) -> usize {
+    let mut count = 0;
+    for line in lines {
+        let arguments = match &words(line)[..] {
             ["msd", arguments @ ..] => arguments.to_vec(),
             ["cargo", "run", "--release", "--", arguments @ ..] => arguments.to_vec(),
             ["cp", from, to] => {
-                let to = folder.path().join(to);
+                let to = folder.join(to);
                 let to = if to.is_dir() {
                     to.join(Path::new(from).file_name().expect(from))
                 } else {
@@ -61,7 +85,7 @@ fn paste(page: &str) -> usize {
         };
         count += 1;
         let all = [&arguments[..], shorter(&arguments)].concat();
-        let mut command = msd(folder.path(), &all);
+        let mut command = msd(folder, &all);
         command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env("MSD_CACHE", "");
         let output = outcome(command);
         let said = text(&output.stderr);
@@ -86,4 +110,17 @@ fn the_commands_of_the_readme_run_in_the_order_in_which_they_stand() {
 #[test]
 fn the_commands_of_the_command_line_run_in_the_order_in_which_they_stand() {
     assert!(10 < paste("docs/reference/command-line.md"));
+}
+
+#[test]
+fn the_commands_of_the_first_tutorial_run() {
+    assert!(4 < paste("docs/tutorial/first-scene.md"));
+}
+
+#[test]
+fn the_commands_of_the_answers_run() {
+    let folder = root().join("docs/how-to");
+    let pages = fs::read_dir(folder).expect("the answers").map(|entry| entry.expect("a page"));
+    let names = pages.map(|page| page.file_name().into_string().expect("a name"));
+    assert!(12 < names.map(|name| paste(&format!("docs/how-to/{name}"))).sum());
 }
