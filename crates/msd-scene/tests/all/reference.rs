@@ -52,7 +52,7 @@ fn markdown(keys: &[KeyRow]) -> String {
     let line = row(["---"; 6]).replace(' ', "");
     let rows = keys.iter().map(|key| {
         let kinds = if key.kinds.is_empty() { "all".into() } else { key.kinds.join(", ") };
-        let default = key.default.unwrap_or("must be given");
+        let default = key.default.unwrap_or("required");
         let what = key.what().strip_suffix('.').unwrap_or(key.what());
         row([&format!("`{}`", key.name), what, key.unit, &kinds, &domain(key), default])
     });
@@ -118,7 +118,7 @@ fn kinds_and_needs_of_keys_name_kinds_of_their_table() {
             assert!(key.kinds.iter().all(|kind| kinds.contains(kind)), "{path}.{name}");
             assert!(key.needed.iter().all(|kind| key.kinds.contains(kind)), "{path}.{name}");
             // The two that only bodies of a material need say so in words.
-            let says = key.default.is_some_and(|default| default.starts_with("must be given"));
+            let says = key.default.is_some_and(|default| default.starts_with("required"));
             let is_conditional = ["thickness", "diameter"].contains(&name);
             assert!(is_conditional || says != key.needed.is_empty(), "{path}.{name}");
         }

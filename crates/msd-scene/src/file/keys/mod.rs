@@ -210,7 +210,7 @@ impl KeyRow {
     /// Whether a table must have it, whatever its kind.
     pub fn is_required(&self) -> bool {
         let is_of_all = self.kinds.is_empty() && self.needed.is_empty();
-        self.default.is_none() || is_of_all && self.default == Some("must be given")
+        self.default.is_none() || is_of_all && self.default == Some("required")
     }
 
     /// Whether a kind of its table may have it.

@@ -14,7 +14,7 @@ rows! {
         /// Lift coefficient C_l, at most `drag`. A sheet edge-on has the drag coefficient C_d −
         /// C_l.
         lift: Option<f64> = "0.98 times `drag`" { domain: Domain::NotNegative },
-        /// Gusts beside the mean wind.
+        /// Gusts in addition to the mean wind.
         gust: Option<GustRow> = "none",
     }
 
@@ -24,9 +24,9 @@ rows! {
         strength: Option<f64> = "1" { unit: "m/s", domain: Domain::NotNegative },
         /// Length of a gust.
         length: Option<f64> = "1" { unit: "m", domain: LENGTH },
-        /// Time in which the gusts change.
+        /// Time scale of the gusts.
         time: Option<f64> = "1" { unit: "s", domain: LENGTH },
-        /// Another seed gives other gusts of the same kind.
+        /// Seed of the gusts.
         seed: Option<u32> = "0" { domain: Domain::Words("whole, from 0 to 4294967295") },
     }
 }

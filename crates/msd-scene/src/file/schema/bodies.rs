@@ -47,13 +47,13 @@ const SHEETS: &[&str] = &["cloth", "mesh"];
 rows! {
     /// A body. Which keys it may have depends on its kind.
     BodyRow {
-        /// How the body is made.
+        /// Kind of body.
         kind: Kind,
-        /// Its name.
+        /// Name.
         name: Option<String> = "its kind",
         /// Particles: `[count]` of a rope along x, `[rows, columns]` of a cloth along y and x,
         /// `[rows, columns, stacks]` of a block along y, x and z.
-        size: Option<Vec<u64>> = "must be given"
+        size: Option<Vec<u64>> = "required"
             { domain: Domain::Count(u64::MAX, "at least 1"), kinds: LATTICES, needed: LATTICES },
         /// Distance between neighbouring particles; in a mesh, in its interior lattice.
         spacing: Option<f64> = "1; of a mesh by the size of its triangles"
@@ -64,7 +64,7 @@ rows! {
               kinds: LATTICES },
         /// Mesh file, relative to the scene file: `.obj`, `.stl`, `.ply`, `.gltf`, `.glb`.
         /// `bunny.obj` and `teapot.obj` are built in and need no file.
-        file: Option<String> = "must be given" { kinds: &["mesh"], needed: &["mesh"] },
+        file: Option<String> = "required" { kinds: &["mesh"], needed: &["mesh"] },
         /// `solid`: a lattice inside the surface, whose holes are taken for closed; `shell`: the
         /// surface alone; `auto`: solid if the mesh is closed. Closed parts of a file that touch
         /// are not joined.
@@ -78,31 +78,31 @@ rows! {
                                 woven one 0; of a rope E π d⁴/64"
             { domain: Domain::NotNegative, kinds: &["rope", "cloth", "mesh"] },
         /// The particles.
-        particles: Vec<ParticleRow> = "must be given"
+        particles: Vec<ParticleRow> = "required"
             { domain: Domain::Filled, kinds: &["explicit"], needed: &["explicit"] },
         /// The springs.
         springs: Vec<SpringRow> = "none" { kinds: &["explicit"] },
         /// Mass of each particle, or of a whole mesh.
         mass: Option<f64> = "1"
             { unit: "kg", domain: Domain::Mass, scale: Scale::SHARE, live: Live::Mass },
-        /// Stiffness of each spring: force per length that it is stretched by.
+        /// Stiffness of each spring: force per change of length.
         stiffness: Option<f64> = "1000; of a closed mesh 200, of an open mesh 1000"
             { unit: "N/m", domain: Domain::NotNegative, scale: Scale::SPRING,
               live: Live::Stiffness },
-        /// Damping of each spring along its direction: force per speed at which it stretches.
+        /// Damping of each spring along its direction: force per stretch rate.
         damping: Option<f64> = "0; of a closed mesh 0.04, of an open mesh 0.2"
             { unit: "N s/m", domain: Domain::NotNegative, scale: Scale::SPRING,
               live: Live::Damping },
-        /// Where the origin of the body goes. The origin is the centre of a lattice or of the box
-        /// around a mesh, and (0, 0, 0) in an explicit body.
+        /// Place of the origin of the body: the centre of a lattice or of the box around a mesh,
+        /// (0, 0, 0) in an explicit body.
         position: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m", domain: Domain::Place },
         /// Rotation about that origin, before the body is moved.
         rotation: Option<RotationRow> = "none",
         /// Velocity of every particle.
         velocity: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m/s", domain: Domain::Vector },
-        /// How its particles touch each other and those of other bodies, see [`touch`](#touch).
+        /// Collisions with itself and other bodies, see [`touch`](#touch).
         touch: Option<TouchRow> = "none: not at all" { live: Live::Touch },
-        /// How it looks, see [`look`](#look).
+        /// Appearance, see [`look`](#look).
         look: Option<LookRow> = "by its kind" { live: Live::Look },
         /// Angular velocity about the centre of mass: a vector, or a table.
         spin: Option<Spin> = "none"
@@ -112,7 +112,7 @@ rows! {
             { domain: Domain::Words(MATERIAL_NAMES), kinds: SPACED,
               live: Live::Material,
               instead_of: &["young", "density", "relaxation_time", "damping_ratio"] },
-        /// Young's modulus: how stiff the material is.
+        /// Young's modulus.
         young: Option<f64> = "that of the material"
             { unit: "Pa", domain: Domain::Positive, kinds: SPACED, live: Live::Young },
         /// Poisson's ratio. Of a block 0 to 0.45; its cells resist a change of volume too, unless
@@ -124,8 +124,8 @@ rows! {
         density: Option<f64> = "that of the material"
             { unit: "kg/m³", domain: Domain::Positive, kinds: SPACED, live: Live::Density,
               instead_of: &["area_density"] },
-        /// Relaxation time, viscosity over modulus (Kelvin and Voigt): how long a strain takes to
-        /// die out. It is the damping of a spring over its stiffness.
+        /// Relaxation time, viscosity over modulus (Kelvin and Voigt), and damping of a spring over
+        /// its stiffness.
         relaxation_time: Option<f64> = "that of the material, or 0"
             { unit: "s", domain: Domain::NotNegative, kinds: SPACED, live: Live::RelaxationTime,
               instead_of: &["damping_ratio"] },
@@ -133,7 +133,7 @@ rows! {
         /// `relaxation_time`; of at most 4000 particles.
         damping_ratio: Option<f64> = "none" { domain: Domain::NotNegative, kinds: SPACED },
         /// Thickness of a cloth or of the shell of a mesh: it bends by its third power.
-        thickness: Option<f64> = "must be given, unless the cloth is woven and has an \
+        thickness: Option<f64> = "required, unless the cloth is woven and has an \
                                   `area_density`"
             { unit: "m", domain: Domain::Positive, kinds: SHEETS, live: Live::Thickness },
         /// Mass per area, instead of `density` times `thickness`.
@@ -161,7 +161,7 @@ rows! {
         bending_bias: Option<f64> = "`bending`"
             { unit: "N m", domain: Domain::NotNegative, kinds: &["cloth"] },
         /// Diameter of a rope.
-        diameter: Option<f64> = "must be given"
+        diameter: Option<f64> = "required"
             { unit: "m", domain: Domain::Positive, kinds: &["rope"] },
     }
 
@@ -196,7 +196,7 @@ rows! {
 
     /// A spring of an explicit body.
     SpringRow: Copy {
-        /// The two particles it joins, counted from 0 within the body.
+        /// The two particles it joins, by their numbers from 0 in the body.
         ends: [u64; 2] { domain: Domain::Words("two different particles") },
         /// Length at which the spring exerts no force.
         rest_length: Option<f64> = "the distance of its ends"

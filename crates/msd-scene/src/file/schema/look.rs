@@ -83,9 +83,8 @@ impl Finish {
 rows! {
     /// How a body looks.
     LookRow {
-        /// What it seems to be made of. `clay`: dull; `plastic`: smooth; `jelly`: glossy, and light
-        /// passes through thin parts; `cloth`: woven; `metal`: mirrors in its own colour; `wood`:
-        /// grained.
+        /// Apparent material. `clay`: dull; `plastic`: smooth; `jelly`: glossy and translucent;
+        /// `cloth`: woven; `metal`: mirrors in its own colour; `wood`: grained.
         finish: Option<Finish> = "of a block `jelly`, of a cloth or a rope `cloth`, of a solid \
                                   mesh `clay`, of others `plastic`",
         /// Colour, sRGB.
@@ -113,7 +112,7 @@ rows! {
         pitch_deg: Option<f64> = "20" { unit: "°", domain: Domain::Elevation },
         /// Point in the middle of the picture.
         target: Option<[f64; 3]> = "the middle of the bodies" { unit: "m", domain: Domain::Place },
-        /// Distance of the camera from there.
+        /// Distance of the camera from the target.
         distance: Option<f64> = "as near as all bodies are in the picture"
             { unit: "m", domain: LENGTH },
     }

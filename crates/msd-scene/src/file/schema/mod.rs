@@ -47,26 +47,26 @@ rows! {
         version: u32 { domain: Domain::Count(VERSION as u64, "1") },
         /// One line that describes the scene.
         title: Option<String> = "the name of the file",
-        /// How the scene is stepped.
+        /// Method, step and precision.
         solver: SolverRow = "see below",
-        /// What acts on every particle.
+        /// Gravity, wind, air and obstacles.
         world: WorldRow = "see below",
-        /// From where the scene is looked at.
+        /// View of the scene.
         camera: Option<CameraRow> = "see below",
-        /// The bodies; their particles are numbered in this order.
-        bodies: Vec<BodyRow> = "must be given" { domain: Domain::Filled },
+        /// The bodies, in the order of their particle numbers.
+        bodies: Vec<BodyRow> = "required" { domain: Domain::Filled },
         /// Particles by name, for pins, masses, materials and links.
         sets: Vec<SetRow> = "none",
         /// Particles whose motion is prescribed.
         pins: Vec<PinRow> = "none",
-        /// Masses put on particles.
+        /// Masses added to particles.
         masses: Vec<MassRow> = "none",
         /// Materials of parts of bodies.
         materials: Vec<MaterialRow> = "none",
         /// Springs between bodies.
         links: Vec<LinkRow> = "none",
-        /// Parts of the model that are switched off: springs of these kinds stay where they are,
-        /// with neither stiffness nor damping.
+        /// Model terms that are switched off. Springs of these kinds stay, without stiffness and
+        /// damping.
         off: Vec<Part> = "none" { live: Live::Off },
     }
 

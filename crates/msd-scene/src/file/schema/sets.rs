@@ -61,9 +61,9 @@ const SET: Domain = Domain::Words("the name of a set");
 rows! {
     /// A named set: the particles of a body that are in a box or in a sphere at the start.
     SetRow {
-        /// Its name.
+        /// Name.
         name: String { domain: Domain::Words("text that no other set has") },
-        /// Which body: its number, counted from 0, or its name.
+        /// Body: its number from 0, or its name.
         body: Option<BodyKey> = "0" { domain: BODY },
         /// A box along the axes.
         cuboid as "box": Option<BoxRow> = "one of the two",
@@ -73,7 +73,7 @@ rows! {
 
     /// A box along the axes.
     BoxRow: Copy {
-        /// Where its middle is.
+        /// Centre.
         position: [f64; 3] { unit: "m", domain: Domain::Place },
         /// The three sides.
         size: [f64; 3] { unit: "m", domain: LENGTH },
@@ -81,7 +81,7 @@ rows! {
 
     /// All points within a radius.
     SphereRow: Copy {
-        /// Where its middle is.
+        /// Centre.
         position: [f64; 3] { unit: "m", domain: Domain::Place },
         /// Radius.
         radius: f64 { unit: "m", domain: LENGTH },
@@ -89,7 +89,7 @@ rows! {
 
     /// One or several particles held by hand.
     PinRow {
-        /// Which body: its number, counted from 0, or its name.
+        /// Body: its number from 0, or its name.
         body: Option<BodyKey> = "0, or that of the set" { domain: BODY },
         /// The particle, counted from 0 in the body.
         particle: Option<i64> = "one of these four" { domain: Domain::Words("a particle") },
@@ -101,19 +101,18 @@ rows! {
         set: Option<String> = "one of these four" { domain: SET },
         /// Velocity of the pin.
         velocity: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m/s", domain: Domain::Vector },
-        /// Where the middle of the box around the particles is later, and how they are turned about
-        /// it, instead of `velocity`; in order of time.
+        /// Later centres of the box around the particles, and rotations about it, instead of
+        /// `velocity`, in order of time.
         key_frames: Option<Vec<KeyFrameRow>> = "none" { domain: Domain::Filled },
-        /// Which solid they move and turn with, instead of `velocity`: its number, counted from 0,
-        /// or its name.
+        /// Solid to move and turn with, instead of `velocity`: its number from 0, or its name.
         follow: Option<BodyKey> = "none" { domain: Domain::Words("a solid") },
-        /// When the pin ends: the particles are free from the end of the step that reaches it.
+        /// End of the pin: the particles are free from the end of the step that reaches it.
         until: Option<f64> = "never" { unit: "s", domain: Domain::Positive },
     }
 
     /// A mass on each of some particles, besides their own.
     MassRow {
-        /// Which body: its number, counted from 0, or its name.
+        /// Body: its number from 0, or its name.
         body: Option<BodyKey> = "0, or that of the set" { domain: BODY },
         /// The particle, counted from 0 in the body.
         particle: Option<i64> = "one of these three" { domain: Domain::Words("a particle") },
@@ -121,13 +120,13 @@ rows! {
         at: Option<[u64; 3]> = "one of these three" { domain: Domain::Words("inside the lattice") },
         /// The particles of a set.
         set: Option<String> = "one of these three" { domain: SET },
-        /// The mass that is added to each.
+        /// Mass added to each.
         mass: f64 { unit: "kg", domain: Domain::Mass },
     }
 
     /// The material of the springs of a body that join two particles of a set.
     MaterialRow {
-        /// Which body: its number, counted from 0, or its name.
+        /// Body: its number from 0, or its name.
         body: Option<BodyKey> = "0, or that of the set" { domain: BODY },
         /// The set; at least one spring joins two of its particles.
         set: String { domain: SET },
@@ -147,11 +146,11 @@ rows! {
     /// Springs between two bodies, or between particles of one: each particle of `from` is joined
     /// to the nearest of `to`.
     LinkRow {
-        /// The particles that are joined.
+        /// Particles to join.
         from: EndRow,
-        /// The particles that they are joined to.
+        /// Particles to join them to.
         to: EndRow,
-        /// The largest distance at which two are joined.
+        /// Largest distance to join.
         within: Option<f64> = "any" { unit: "m", domain: Domain::Positive },
         /// Length at which the spring exerts no force.
         rest_length: Option<f64> = "the distance of its ends"
@@ -166,7 +165,7 @@ rows! {
 
     /// The particles at one end of links.
     EndRow {
-        /// Which body: its number, counted from 0, or its name.
+        /// Body: its number from 0, or its name.
         body: Option<BodyKey> = "0, or that of the set" { domain: BODY },
         /// The particle, counted from 0 in the body.
         particle: Option<i64> = "one of these three" { domain: Domain::Words("a particle") },

@@ -6,8 +6,8 @@ use crate::file::keys::{Domain, LENGTH, Scale, rows};
 rows! {
     /// How a body meets itself and others.
     TouchRow {
-        /// Distance that its surface keeps on each side, or a rope or a particle on all; at most
-        /// 0.4 of the spacing.
+        /// Distance that the surface, a rope or a particle keeps on each side, at most 0.4 of the
+        /// spacing.
         thickness: Option<f64> = "a tenth of the spacing, which is the median over particles of \
                                   their shortest spring"
             { unit: "m", domain: LENGTH, scale: Scale::LENGTH, instead_of: &["radius"] },
@@ -16,22 +16,22 @@ rows! {
         /// Coefficient of restitution; of two bodies the larger. A soft body bounces by its own
         /// springs and needs none.
         restitution: Option<f64> = "0" { domain: Domain::Fraction },
-        /// Whether the body meets itself.
+        /// Whether the body collides with itself.
         itself: Option<bool> = "`true`, but `false` of a block or a solid mesh",
-        /// Whether it keeps its thickness from obstacles too, under every method. Otherwise they
-        /// meet its particles as points.
+        /// Whether it keeps its thickness from obstacles too. Otherwise they meet its particles as
+        /// points.
         obstacles: Option<bool> = "`false`",
         /// Bodies that it passes through, by name or number.
         ignore: Vec<BodyKey> = "none" { domain: Domain::Words("list of names or numbers") },
-        /// How it meets single other bodies, or those of a material: see [`with`](#with-of-touch).
+        /// Values for single other bodies, or those of a material: see [`with`](#with-of-touch).
         with: Vec<WithRow> = "none",
         /// Of older files: read as `thickness`, at most 0.4 of the spacing, with a note.
         radius: Option<f64> = "none" { unit: "m", domain: LENGTH, scale: Scale::LENGTH },
-        /// Of older files: has no effect, which a note says.
+        /// Of older files: no effect, with a note.
         stiffness: Option<f64> = "none" { domain: Domain::Words("any number") },
-        /// Of older files: has no effect, which a note says.
+        /// Of older files: no effect, with a note.
         damping: Option<f64> = "none" { domain: Domain::Words("any number") },
-        /// Of older files: has no effect, which a note says.
+        /// Of older files: no effect, with a note.
         triangles: Option<bool> = "none",
     }
 
@@ -47,9 +47,9 @@ rows! {
         friction: Option<f64> = "the root of the product" { domain: Domain::Factor },
         /// Coefficient of restitution of the two.
         restitution: Option<f64> = "the larger one" { domain: Domain::Fraction },
-        /// Of older files: has no effect, which a note says.
+        /// Of older files: no effect, with a note.
         stiffness: Option<f64> = "none" { domain: Domain::Words("any number") },
-        /// Of older files: has no effect, which a note says.
+        /// Of older files: no effect, with a note.
         damping: Option<f64> = "none" { domain: Domain::Words("any number") },
     }
 }

@@ -43,7 +43,7 @@ impl SolidKind {
 
 /// Solids with a radius.
 const ROUND: &[&str] = &["sphere", "capsule", "cylinder", "torus"];
-/// Solids with a length, and those that must be given it.
+/// Solids with a length, and those that required it.
 const LONG: &[&str] = &["capsule", "cylinder", "mesh"];
 const RODS: &[&str] = &["capsule", "cylinder"];
 
@@ -69,8 +69,7 @@ rows! {
         extent: Option<f64> = "1e6" { unit: "m", domain: LENGTH },
         /// Half spaces that particles cannot enter.
         planes: Vec<PlaneRow> = "none",
-        /// Spheres, boxes, half spaces that move and other solids that particles cannot enter,
-        /// still or moving.
+        /// Spheres, boxes, moving half spaces and other solids that particles cannot enter.
         solids: Vec<SolidRow> = "none",
     }
 
@@ -79,9 +78,9 @@ rows! {
         /// Mean force on every particle.
         strength: Option<f64> = "0"
             { unit: "N", domain: Domain::NotNegative, scale: Scale::SHARE },
-        /// Where it blows to, about the vertical: at 0 along x, at 90 along −z.
+        /// Heading about the vertical: 0 is along x, 90 along −z.
         heading_deg: Option<f64> = "0" { unit: "°", domain: Domain::Finite },
-        /// By what part of its strength it comes and goes.
+        /// Amplitude of the gusts, as a fraction of the strength.
         gusts: Option<f64> = "0" { domain: Domain::Fraction },
     }
 
@@ -103,68 +102,67 @@ rows! {
         /// the report from which this project grew.
         tangential_loss: Option<f64> = "not used"
             { domain: Domain::Fraction, live: Live::Plane, instead_of: &["friction", "sticky"] },
-        /// Short for `restitution = 0` and `tangential_loss = 1`: what touches the plane stops
-        /// there, but is not glued: springs can pull it off.
+        /// Short for `restitution = 0` and `tangential_loss = 1`: particles that touch the plane
+        /// stop there, and springs can pull them off.
         sticky: Option<bool> = "`false`",
     }
 
     /// A solid that particles cannot enter, still or moving.
     SolidRow {
-        /// Its shape. Capsules, cylinders and tori have y as their axis until they are turned, and
-        /// a half space is all that is not above its middle.
+        /// Shape. Capsules, cylinders and tori have y as their axis before `rotation`; a half space
+        /// is everything below its centre.
         kind: SolidKind,
         /// Name, for pins that follow it.
         name: Option<String> = "the kind",
-        /// Radius; of a torus that of the circle in the middle of its tube.
-        radius: Option<f64> = "must be given"
+        /// Radius; of a torus, that of the centre line of its tube.
+        radius: Option<f64> = "required"
             { unit: "m", domain: LENGTH, kinds: ROUND, needed: ROUND },
-        /// Between the middles of the two ends of a capsule, from end to end of a cylinder, the
-        /// longest side of the box around a mesh.
-        length: Option<f64> = "must be given; of a mesh 1"
+        /// Distance between the end centres of a capsule, length of a cylinder, longest side of the
+        /// box around a mesh.
+        length: Option<f64> = "required; of a mesh 1"
             { unit: "m", domain: LENGTH, kinds: LONG, needed: RODS },
         /// The three sides.
-        size: Option<[f64; 3]> = "must be given"
+        size: Option<[f64; 3]> = "required"
             { unit: "m", domain: LENGTH, kinds: &["box"], needed: &["box"] },
         /// Radius of the tube; smaller than that of the torus.
-        tube: Option<f64> = "must be given"
+        tube: Option<f64> = "required"
             { unit: "m", domain: LENGTH, kinds: &["torus"], needed: &["torus"] },
-        /// Mesh file, as that of a body; its surface must be closed.
-        file: Option<String> = "must be given" { kinds: &["mesh"], needed: &["mesh"] },
-        /// Distance between neighbouring points of the grid of distances.
+        /// Mesh file, as of a body, with a closed surface.
+        file: Option<String> = "required" { kinds: &["mesh"], needed: &["mesh"] },
+        /// Spacing of the grid of distances.
         cell: Option<f64> = "a 64th of `length`" { unit: "m", domain: LENGTH, kinds: &["mesh"] },
-        /// Where its middle is at the start; of a mesh that of the box around it.
+        /// Initial centre; of a mesh, that of the box around it.
         position: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m", domain: Domain::Place },
-        /// How it is turned about its middle at the start, as that of a body.
+        /// Initial rotation about its centre, as of a body.
         rotation: Option<RotationRow> = "none",
-        /// Velocity; it never changes.
+        /// Constant velocity.
         velocity: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m/s", domain: Domain::Vector },
-        /// Angular velocity about its middle, as that of a body; it never changes.
+        /// Constant angular velocity about its centre, as of a body.
         spin: Option<Spin> = "none"
             { unit: "rad/s", domain: Domain::Words("three finite numbers, or a table") },
-        /// Where it is later, instead of `velocity` and `spin`; in order of time.
+        /// Later places, instead of `velocity` and `spin`, in order of time.
         key_frames: Option<Vec<KeyFrameRow>> = "none" { domain: Domain::Filled },
-        /// Fraction of the normal speed that a bounce returns, as seen from the surface.
+        /// Fraction of the normal speed that a bounce returns, relative to the surface.
         restitution: Option<f64> = "0" { domain: Domain::Fraction },
         /// Coulomb's coefficient of friction.
         friction: Option<f64> = "0.5" { domain: Domain::Factor },
-        /// As that of a plane.
+        /// As of a plane.
         tangential_loss: Option<f64> = "not used" { domain: Domain::Fraction },
-        /// As that of a plane.
+        /// As of a plane.
         sticky: Option<bool> = "`false`",
-        /// Whether it meets the springs that are longer than it is thick as well, not particles
-        /// alone: see [thin solids](#thin-solids).
+        /// Whether it also meets springs longer than its thickness: see [thin
+        /// solids](#thin-solids).
         springs: Option<bool> = "`false`",
     }
 
     /// Where a solid or the middle of pinned particles is at a time.
     KeyFrameRow {
-        /// When; later than that of the key frame before.
+        /// Time, later than that of the previous key frame.
         time: f64 { unit: "s", domain: Domain::Positive },
-        /// Where its middle is then.
+        /// Centre at that time.
         position: Option<[f64; 3]> = "as in the key frame before"
             { unit: "m", domain: Domain::Place },
-        /// How it is turned then, as at the start: from its own axes, not from the key frame
-        /// before.
+        /// Rotation at that time, from its own axes, not from the previous key frame.
         rotation: Option<RotationRow> = "as in the key frame before",
     }
 }
