@@ -1,4 +1,4 @@
-//! The commands of pages, pasted in the order in which they stand, each page in a folder of its own.
+//! The commands of pages, pasted in the order in which they stand, each page in its own folder.
 //! Those that would take minutes are given less to do.
 
 use crate::common::{folder, msd, outcome, text};
@@ -122,5 +122,5 @@ fn the_commands_of_the_answers_run() {
     let folder = root().join("docs/how-to");
     let pages = fs::read_dir(folder).expect("the answers").map(|entry| entry.expect("a page"));
     let names = pages.map(|page| page.file_name().into_string().expect("a name"));
-    assert!(12 < names.map(|name| paste(&format!("docs/how-to/{name}"))).sum());
+    assert!(12 < names.map(|name| paste(&format!("docs/how-to/{name}"))).sum::<usize>());
 }
