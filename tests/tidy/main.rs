@@ -175,7 +175,7 @@ fn the_pages_say_how_many_packages_there_are() {
             [
                 format!("without which it is {facade} packages instead of {render}"),
                 format!("--no-default-features` has {line} packages instead of {window}"),
-                format!("as it is {} packages more", heard - window),
+                format!("It adds {} packages on Linux", heard - window),
             ],
         ),
     ] {
