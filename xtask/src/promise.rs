@@ -6,6 +6,7 @@ use msd_core::{Error, Friction, Material, Pin, Plane, Scene, shape};
 use msd_scene::{FileError, open_bytes};
 use msd_study::choice::{Choice, Fineness};
 use msd_study::ladder::ladders;
+use msd_study::monitor::Halt;
 use msd_study::reference::{Reference, Wish, frames_of, make_reference, size_of};
 use msd_study::trial::{time_choice, try_choice};
 use msd_study::tune::{Goal, tune};
@@ -54,10 +55,10 @@ impl Case {
 ///
 /// # Errors
 /// What the core refuses of the scene.
-pub fn keep(scene: &Scene, duration: f64, fraction: f64) -> Result<Case, Error> {
+pub fn keep(scene: &Scene, duration: f64, fraction: f64) -> Result<Case, Halt> {
     let size = size_of(scene)?;
     let asked = fraction * size;
-    let tuned = tune(scene, duration, Goal::MaxError(asked), &mut |_| {})?;
+    let tuned = tune(scene, duration, Goal::MaxError(asked), &mut ())?;
     let right = independent(scene, duration, tuned.reference_tolerance)?;
     let reliable = right.reliable(0.25 * asked).max(1);
     let best = search(scene, (&right, reliable), asked)?;
@@ -65,7 +66,7 @@ pub fn keep(scene: &Scene, duration: f64, fraction: f64) -> Result<Case, Error> 
     // What the search of fewer steps passed by may be the best all the same.
     let best = best.or(chosen);
     let delivered = match chosen {
-        Some(choice) => try_choice(scene, choice, &right, reliable)?.error(),
+        Some(choice) => try_choice(scene, choice, (&right, reliable), &mut ())?.error(),
         None => f64::INFINITY,
     };
     let cost_ratio = match (chosen, best) {
@@ -79,10 +80,10 @@ pub fn keep(scene: &Scene, duration: f64, fraction: f64) -> Result<Case, Error> 
 
 /// A reference that is not that of tuning, whose errors it would share: a hundred times as tight,
 /// where that is in reach.
-fn independent(scene: &Scene, duration: f64, tolerance: f64) -> Result<Reference, Error> {
+fn independent(scene: &Scene, duration: f64, tolerance: f64) -> Result<Reference, Halt> {
     let mut wish = Wish { duration, patience: PATIENCE, ..Wish::default() };
     loop {
-        let right = make_reference(scene, wish)?;
+        let right = make_reference(scene, wish, &mut ())?;
         if right.tolerance <= 0.011 * tolerance || wish.uncertainty < 1e-12 {
             return Ok(right);
         }
@@ -96,7 +97,7 @@ fn search(
     scene: &Scene,
     (right, reliable): (&Reference, usize),
     asked: f64,
-) -> Result<Option<Choice>, Error> {
+) -> Result<Option<Choice>, Halt> {
     let mut best: Option<(f64, Choice)> = None;
     let frames = right.frames.last().copied().unwrap_or(1);
     let mut ladders = ladders(scene)?;
@@ -108,7 +109,7 @@ fn search(
             if matches!(fineness, Fineness::Tolerance(t) if t < right.least_tolerance()) {
                 break;
             }
-            let Ok(trial) = try_choice(scene, choice, right, reliable) else { break };
+            let Ok(trial) = try_choice(scene, choice, (right, reliable), &mut ()) else { break };
             let cheapest = best.map_or(f64::INFINITY, |(cost, _)| cost);
             let took = trial.cost * right.duration();
             // Dormand-Prince is a choice too: what takes longer than the reference is no best.
@@ -117,7 +118,7 @@ fn search(
                 break;
             }
             if trial.is_within(asked) {
-                let again = (0..3).map(|_| time_choice(scene, choice, frames));
+                let again = (0..3).map(|_| time_choice(scene, choice, frames, &mut ()));
                 let cost = again.flatten().fold(trial.cost, f64::min);
                 if cost < cheapest {
                     best = Some((cost, choice));
@@ -144,12 +145,12 @@ fn finenesses(fewest: Option<u32>, adaptive: bool) -> Vec<Fineness> {
 }
 
 /// The cost of one choice over that of another, the best of runs in turn.
-fn compare_costs(scene: &Scene, duration: f64, a: Choice, b: Choice) -> Result<f64, Error> {
+fn compare_costs(scene: &Scene, duration: f64, a: Choice, b: Choice) -> Result<f64, Halt> {
     let frames = frames_of(duration);
     let (mut best_a, mut best_b) = (f64::INFINITY, f64::INFINITY);
     for _ in 0..7 {
-        best_a = best_a.min(time_choice(scene, a, frames)?);
-        best_b = best_b.min(time_choice(scene, b, frames)?);
+        best_a = best_a.min(time_choice(scene, a, frames, &mut ())?);
+        best_b = best_b.min(time_choice(scene, b, frames, &mut ())?);
     }
     Ok(best_a / best_b)
 }

@@ -2,7 +2,7 @@
 //!
 //! ```no_run
 //! use msd_study::conduct::{Plan, study};
-//! let studied = study(&msd_scene::open("cloth")?, Plan::default(), &mut |_| {})?;
+//! let (studied, _) = study(&msd_scene::open("cloth")?, Plan::default(), &mut ())?;
 //! std::fs::write("report.html", msd_report::html(&studied))?;
 //! std::fs::write("work-precision.svg", msd_report::svg(&studied))?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())

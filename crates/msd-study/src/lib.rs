@@ -1,5 +1,7 @@
 //! The cost of accuracy: a scene stepped in many ways, each compared with what is right.
 //!
+//! Work that takes long reports to a [`Monitor`](monitor::Monitor), which may cancel it.
+//!
 //! Read in this order: a [`Choice`](choice::Choice) of method, fineness and precision; the
 //! [`Reference`](reference::Reference) it is compared with; the [`Trial`](trial::Trial), which is
 //! its cost and its [`Errors`](errors::Errors). A [`Study`] is many trials, made by
@@ -10,12 +12,13 @@
 //! ```
 //! use msd_study::tune::{Goal, tune};
 //! let scene = msd_scene::open("chain")?.scene;
-//! let tuned = tune(&scene, 0.1, Goal::MaxError(0.1), &mut |_| {})?;
+//! let tuned = tune(&scene, 0.1, Goal::MaxError(0.1), &mut ())?;
 //! assert!(tuned.met && tuned.best.trial.error() <= 0.1);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod monitor;
 mod candidates;
 mod measure;
 mod behaviour;
@@ -28,7 +31,7 @@ pub mod sweep;
 
 pub use behaviour::{audit, inspection, limits, terms};
 pub use candidates::{choice, ladder};
-pub use measure::{clock, errors, leave, machine, reference, trial};
+pub use measure::{clock, errors, machine, reference, trial};
 pub use msd_run::quantity;
 pub use msd_scene::parts;
 pub use study::{ReferenceNote, Study, conduct, words};

@@ -3,6 +3,7 @@
 use crate::candidates::choice::FRAME;
 use crate::measure::reference::{Wish, make_reference};
 use crate::measure::trial::state;
+use crate::monitor::Halt;
 use msd_core::{Error, Scene, Settings, State};
 use msd_run::Runner;
 use msd_scene::{AnyState, Loaded, Precision};
@@ -162,7 +163,7 @@ pub struct Calibration {
 ///
 /// # Errors
 /// What the core refuses of the scene, and runs that diverge.
-pub fn calibrate(loaded: &Loaded, starts: &[f64], frames: u32) -> Result<Vec<Calibration>, Error> {
+pub fn calibrate(loaded: &Loaded, starts: &[f64], frames: u32) -> Result<Vec<Calibration>, Halt> {
     let mut runner = Runner::open(loaded)?;
     let mut found = Vec::new();
     for &start in starts {
@@ -174,7 +175,7 @@ pub fn calibrate(loaded: &Loaded, starts: &[f64], frames: u32) -> Result<Vec<Cal
         let duration = f64::from(steps) * runner.settings().step;
         // Contact may keep a reference from ever being that certain: not too much patience.
         let wish = Wish { duration, uncertainty: 1e-9, patience: 2.0 };
-        let right = make_reference(&scene, wish)?;
+        let right = make_reference(&scene, wish, &mut ())?;
         let mut estimator = Estimator::new(steps, steps);
         for _ in 0..steps {
             estimator.before_step(&runner);

@@ -22,14 +22,15 @@ fn what_tuning_promises_of_bodies_that_meet_it_keeps() {
     // The quick ones of the twenty that `cargo bench --bench promise` tunes.
     for seed in [0, 1, 5] {
         let scene = touching_scene(seed).unwrap();
-        let tuned = tune(&scene, 0.3, Goal::MaxError(ASKED), &mut |_| {}).unwrap();
+        let tuned = tune(&scene, 0.3, Goal::MaxError(ASKED), &mut ()).unwrap();
         assert!(tuned.met, "seed {seed}: {}", tuned.verdict());
         // A reference finer than that of tuning, whose errors it would share otherwise.
         let wish = Wish { duration: 0.3, uncertainty: 1e-5, patience: 2.0 };
-        let right = make_reference(&scene, wish).unwrap();
+        let right = make_reference(&scene, wish, &mut ()).unwrap();
         let reliable = right.reliable(0.25 * ASKED);
         assert!(0 < reliable, "seed {seed}: nothing to judge by");
-        let delivered = try_choice(&scene, tuned.best.trial.choice, &right, reliable).unwrap();
+        let delivered =
+            try_choice(&scene, tuned.best.trial.choice, (&right, reliable), &mut ()).unwrap();
         assert!(delivered.is_within(ASKED), "seed {seed}: {} m", delivered.error());
     }
 }

@@ -4,14 +4,14 @@ use super::arguments::StudyArguments;
 use super::failure::{Failure, aligned, say};
 use super::places::{Places, make_folder};
 use super::run::{explain_divergence, open_draft, open_scene};
-use super::steps::{Bar, Interrupt, TerminalFollower};
+use super::steps::Terminal;
 use msd_scene::{Loaded, shown_path, write_file};
 use msd_study::Study;
 use msd_study::choice::FRAME;
-use msd_study::conduct::{Plan, add_space, study_followed};
-use msd_study::leave::Halt;
+use msd_study::conduct::{Plan, add_space, study};
+use msd_study::monitor::Halt;
 use msd_study::quantity::{counted, estimate, quantity};
-use msd_study::terms::terms_by_leave;
+use msd_study::terms::terms;
 use msd_study::words::{off, told};
 use std::path::{Path, PathBuf};
 
@@ -41,19 +41,22 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
         let refine = |source| draft.finer(&source, &loaded.scene, 1).map(drop);
         draft.source().and_then(refine).map_err(Failure::input)?;
     }
-    let (bar, interrupt) = (Bar::new(), Interrupt::catch());
-    let mut follower = TerminalFollower { bar: &bar, interrupt: &interrupt, is_searching: false };
-    let studied = study_followed(&loaded, plan, &mut follower);
+    let mut terminal = Terminal::new();
+    let studied = study(&loaded, plan, &mut terminal);
     let (mut studied, is_whole) = studied.map_err(|halt| halted(&loaded.name, halt))?;
     let mut failures = Vec::new();
     if let Some(draft) = draft.filter(|_| is_whole) {
         // What was studied is not lost with it, and nothing of it is half done on the way.
         failures.extend(write(&studied, &folder));
-        interrupt.end_at_once();
-        let added = add_space(&mut studied, &draft, plan, &mut |now| bar.tell(now));
-        failures = Vec::from_iter(added.err().map(Failure::input));
+        failures = match add_space(&mut studied, &draft, plan, &mut terminal) {
+            Ok(()) => Vec::new(),
+            Err(Halt::Refused(error)) => vec![Failure::input(error)],
+            Err(Halt::Cancelled | Halt::Deadline) => {
+                vec![Failure::interrupted("interrupted; the report has no error of space")]
+            }
+        };
     }
-    bar.end();
+    drop(terminal);
     failures.extend(write(&studied, &folder));
     let said = match arguments.json {
         true => say(&serde_json::to_string_pretty(&studied).map_err(Failure::input)?),
@@ -74,7 +77,7 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
 pub fn halted(scene: &str, halt: Halt) -> Failure {
     match halt {
         Halt::Refused(error) => explain_divergence(scene, error, None),
-        Halt::Stopped | Halt::Late => {
+        Halt::Cancelled | Halt::Deadline => {
             Failure::interrupted(format!("{scene}: interrupted before anything was tried"))
         }
     }
@@ -102,13 +105,10 @@ const FILES: [&str; 5] =
     ["report.html", "study.csv", "work-precision.svg", "work-precision.png", "study.json"];
 
 fn tell_terms(loaded: &Loaded, arguments: &StudyArguments) -> Result<(), Failure> {
-    let (bar, interrupt) = (Bar::new(), Interrupt::catch());
-    bar.tell("switching off one part at a time");
-    let rows = terms_by_leave(loaded, arguments.duration, &mut || !interrupt.is_asked());
-    bar.end();
+    let rows = terms(loaded, arguments.duration, &mut Terminal::new());
     let rows = rows.map_err(|halt| match halt {
         Halt::Refused(error) => Failure::input(format!("{}: {error}", loaded.name)),
-        Halt::Stopped | Halt::Late => {
+        Halt::Cancelled | Halt::Deadline => {
             Failure::interrupted("interrupted; nothing is known of some of the parts")
         }
     })?;

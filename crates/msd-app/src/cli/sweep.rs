@@ -4,15 +4,14 @@ use super::arguments::SweepArguments;
 use super::failure::{self, Failure, say};
 use super::places::Places;
 use super::run::link;
-use super::steps::Interrupt;
-use indicatif::{ProgressBar, ProgressStyle};
+use super::steps::Terminal;
+use indicatif::ProgressBar;
 use msd_scene::shown_path;
-use msd_study::sweep::{Event, Store, Summary, Sweep, TableFormat};
+use msd_study::monitor::Progress;
+use msd_study::sweep::{Store, Summary, Sweep, TableFormat};
 use serde::Serialize;
 use std::ops::Range;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
 
 /// Lists, runs or collects cells.
 pub fn run_sweep(arguments: &SweepArguments) -> Result<(), Failure> {
@@ -43,8 +42,7 @@ pub fn run_sweep(arguments: &SweepArguments) -> Result<(), Failure> {
     if whole {
         check_place((&sweep, &store), ("the table", &store.table_path()))?;
     }
-    let interrupt = Interrupt::catch();
-    let summary = run_cells(&sweep, &store, (cells, arguments.jobs), &interrupt)?;
+    let summary = run_cells(&sweep, &store, (cells, arguments.jobs))?;
     // A part of a sweep leaves the table alone: every task of an array would read all files.
     let table = || collect(&sweep, &store, (&store.table_path(), sweep.format()));
     let is_any = 0 < summary.run + summary.skipped;
@@ -195,38 +193,22 @@ fn run_cells(
     sweep: &Sweep,
     store: &Store,
     (cells, jobs): (Range<usize>, usize),
-    interrupt: &Interrupt,
 ) -> Result<Summary, Failure> {
-    let bar = ProgressBar::new(0);
-    if let Ok(style) = ProgressStyle::with_template("{elapsed} {wide_bar} {pos}/{len} {msg}") {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(Duration::from_millis(200));
-    let (done, planned) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let hear = |event: Event| match &event {
-        Event::Planned { todo, .. } => {
-            planned.store(*todo, Ordering::Relaxed);
-            bar.set_length(*todo as u64);
-            bar.set_message("checking");
-        }
-        Event::Checked => bar.inc(1),
-        Event::Finished { left, .. } => {
-            let (done, planned) =
-                (done.fetch_add(1, Ordering::Relaxed) + 1, planned.load(Ordering::Relaxed));
-            let left = match planned.saturating_sub(done) {
-                0 => String::new(),
-                _ => format!(", about {} left", duration(*left)),
-            };
-            bar.set_position(done as u64);
-            bar.set_message(left.trim_start_matches(", ").to_owned());
-            bar.suspend(|| failure::tell(&format!("[{done}/{planned}{left}] {event}")));
-        }
-        _ => {}
-    };
-    let summary =
-        msd_study::sweep::run(sweep, store, (cells, jobs), (&hear, &|| !interrupt.is_asked()));
-    bar.finish_and_clear();
-    summary.map_err(Failure::input)
+    let template = "{elapsed} {wide_bar} {pos}/{len} {msg}";
+    let mut terminal = Terminal::of(ProgressBar::new(0), template, |bar, progress| {
+        let Progress { now, done, parts, left } = progress;
+        let all = parts.map_or(0, |[_, all]| all);
+        bar.set_length(all as u64);
+        bar.set_position(*done as u64);
+        let Some(left) = left else { return bar.set_message(now.clone()) };
+        let left = match all.saturating_sub(*done) {
+            0 => String::new(),
+            _ => format!(", about {} left", duration(*left)),
+        };
+        bar.set_message(left.trim_start_matches(", ").to_owned());
+        bar.suspend(|| failure::tell(&format!("[{done}/{all}{left}] {now}")));
+    });
+    msd_study::sweep::run(sweep, store, (cells, jobs), &mut terminal).map_err(Failure::input)
 }
 
 /// A time in words, no more exact than an estimate is.

@@ -3,13 +3,13 @@
 use super::arguments::TuneArguments;
 use super::failure::{Failure, say};
 use super::run::{SetKeys, open_scene, set_keys};
-use super::steps::{Bar, Interrupt, TerminalFollower};
+use super::steps::Terminal;
 use super::study::halted;
 use msd_scene::{SceneFormat, shown_path, write_file};
 use msd_study::choice::{Choice, FRAME, Fineness};
 use msd_study::quantity::{estimate, quantity};
 use msd_study::trial::adds;
-use msd_study::tune::{Found, Goal, Tuned, tune_followed, with_choice};
+use msd_study::tune::{Found, Goal, Tuned, tune, with_choice};
 use serde::Serialize;
 use std::path::Path;
 
@@ -78,10 +78,7 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
         (Some(error), _) => Goal::MaxError(error),
         (None, budget) => Goal::Budget(1e-3 * budget.unwrap_or_default()),
     };
-    let (bar, interrupt) = (Bar::new(), Interrupt::catch());
-    let mut follower = TerminalFollower { bar: &bar, interrupt: &interrupt, is_searching: true };
-    let tuned = tune_followed(&loaded.scene, arguments.duration, goal, &mut follower);
-    bar.end();
+    let tuned = tune(&loaded.scene, arguments.duration, goal, &mut Terminal::new());
     let tuned = tuned.map_err(|halt| halted(&loaded.name, halt))?;
     let ended = tuned.is_cut_short.then(|| {
         let tried = tuned.tried;

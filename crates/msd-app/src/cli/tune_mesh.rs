@@ -3,11 +3,12 @@
 use super::arguments::TuneArguments;
 use super::failure::{Failure, say};
 use super::run::{SetKeys, open_draft, set_keys};
-use super::steps::{Bar, Interrupt};
+use super::steps::Terminal;
 use super::tune::{Row, writable, write_choice};
 use msd_scene::schema::{BodyKey, BodyRow, Kind, LinkRow, MassRow, MaterialRow, PinRow, SceneFile};
 use msd_scene::{SceneFormat, plain, shown_path};
 use msd_study::choice::{Choice, FRAME};
+use msd_study::monitor::Halt;
 use msd_study::quantity::{estimate, quantity};
 use msd_study::space::{Space, SpacePlan, Verdict};
 use msd_study::tune::{FoundSpacing, TunedSpacing, tune_spacing, with_choice};
@@ -42,12 +43,13 @@ pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Fa
     let duration = arguments.duration;
     let plan = SpacePlan { duration, ..SpacePlan::default() };
     let plan = SpacePlan { budget: arguments.time.unwrap_or(plan.budget), ..plan };
-    let bar = Bar::new();
-    // Nothing is known before the end that could be told.
-    Interrupt::catch().end_at_once();
-    let tuned = tune_spacing(&draft, plan, max_error, &mut |now| bar.tell(now));
-    bar.end();
-    let tuned = tuned.map_err(Failure::input)?;
+    let tuned = tune_spacing(&draft, plan, max_error, &mut Terminal::new());
+    let tuned = tuned.map_err(|halt| match halt {
+        Halt::Refused(error) => Failure::input(error),
+        Halt::Cancelled | Halt::Deadline => {
+            Failure::interrupted("interrupted before a spacing was found")
+        }
+    })?;
     let source = draft.source().map_err(Failure::input)?;
     let name = draft.load(&source).map_err(Failure::input)?.name;
     let rows = msd_scene::decode(&source).map_err(Failure::input)?;

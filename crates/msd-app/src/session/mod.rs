@@ -36,12 +36,12 @@ pub use solver::{MOST_SUBSTEPS, Solver, Tuning};
 pub use throttle::Throttle;
 pub use touches::{TouchEdit, TouchValues, shells_of};
 pub use trace::{Sample, Trace, WINDOW as TRACE_WINDOW};
-pub use trade::{
-    FormerTerms, Report, STUDY_DURATION, STUDY_MANNERS, Search, StudyFrom, Trade, choice_of,
-};
 #[cfg(target_arch = "wasm32")]
 pub(crate) use trade::{
-    Hand, Labour, RetryTask, SearchTask, SoundnessTask, StudyTask, Task, TermsTask,
+    Drive, Note, Order, RetryTask, SearchTask, SoundnessTask, StudyTask, Task, TermsTask, drive,
+};
+pub use trade::{
+    FormerTerms, Report, STUDY_DURATION, STUDY_MANNERS, Search, StudyFrom, Trade, choice_of,
 };
 pub use twin::Twin;
 

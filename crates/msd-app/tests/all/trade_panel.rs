@@ -197,9 +197,9 @@ fn what_a_search_takes_serves_the_run_as_it_is_and_not_only_as_it_began() {
     if adopted {
         let choice = choice_of(session.runner()).expect("a choice");
         let here = session.runner().progress().0;
-        let right = make_reference(&here, Wish::default()).expect("it runs");
-        let trial =
-            try_choice(&here, choice, &right, right.reliable(0.1 * error)).expect("it runs");
+        let right = make_reference(&here, Wish::default(), &mut ()).expect("it runs");
+        let trial = try_choice(&here, choice, (&right, right.reliable(0.1 * error)), &mut ())
+            .expect("it runs");
         assert!(trial.is_within(1.01 * error), "{choice}: {} m, {words}", trial.error());
     }
 }

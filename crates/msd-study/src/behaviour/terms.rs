@@ -3,9 +3,9 @@
 
 use crate::measure::clock::CpuClock;
 use crate::measure::errors::rms_distance;
-use crate::measure::leave::{Halt, Leave, ask, unstopped};
 use crate::measure::reference::size_of;
 use crate::measure::trial::{state, time_run};
+use crate::monitor::{Halt, Monitor, Progress, unless_refused};
 use crate::quantity::rounded;
 use msd_core::{Error, Scene, Settings, Spring, State};
 use msd_run::Runner;
@@ -54,20 +54,14 @@ struct Variant {
 /// turns, so that a busy machine hits them all.
 ///
 /// # Errors
-/// A scene that a simulation refuses; a scene that diverges as it is.
-pub fn terms(loaded: &Loaded, duration: f64) -> Result<Vec<TermRow>, Error> {
-    unstopped(|leave| terms_by_leave(loaded, duration, leave))
-}
-
-/// The same, as long as leave is given.
-///
-/// # Errors
-/// See [`terms`]; [`Halt::Stopped`] where leave was not given.
-pub fn terms_by_leave(
+/// A scene that a simulation refuses; a scene that diverges as it is; what [`Monitor::proceed`]
+/// returns.
+pub fn terms(
     loaded: &Loaded,
     duration: f64,
-    leave: Leave<'_>,
+    monitor: &mut dyn Monitor,
 ) -> Result<Vec<TermRow>, Halt> {
+    monitor.report(Progress::of("switching off one part at a time"));
     // Automatic substeps are those of the start, for all of the runs.
     let settings = Runner::open(loaded)?.settings();
     let steps = (duration / settings.step).round().max(1.0) as u64;
@@ -75,12 +69,12 @@ pub fn terms_by_leave(
     let (act, precision) = (String::new(), loaded.precision);
     let whole = Variant { term: "", act, scene: loaded.scene.clone(), precision };
     let mut right = Vec::new();
-    whole.run(settings, steps, leave, |state| right.push(state))?;
+    whole.run(settings, steps, monitor, |state| right.push(state))?;
     let variants = variants(loaded);
     let mut changes = Vec::new();
     for variant in &variants {
         let (mut change, mut rows) = ([0.0f64; 2], right.iter());
-        let ran = variant.run(settings, steps, leave, |state| {
+        let ran = variant.run(settings, steps, monitor, |state| {
             change[0] = rows.next().map_or(0.0, |right| rms_distance(&state, right));
             change[1] = change[1].max(change[0]);
         });
@@ -92,7 +86,7 @@ pub fn terms_by_leave(
     }
     let mut all = vec![whole];
     all.extend(variants);
-    let seconds = race(&all, settings, steps, leave)?;
+    let seconds = race(&all, settings, steps, monitor)?;
     let rows = all[1..].iter().zip(&changes).zip(&seconds[1..]);
     Ok(rows
         .map(|((variant, change), &time)| row(variant, change, (time, seconds[0]), size))
@@ -105,7 +99,7 @@ fn race(
     variants: &[Variant],
     settings: Settings,
     steps: u64,
-    leave: Leave<'_>,
+    monitor: &mut dyn Monitor,
 ) -> Result<Vec<f64>, Halt> {
     let mut best = vec![f64::INFINITY; variants.len()];
     let clock = CpuClock::start();
@@ -115,12 +109,8 @@ fn race(
         }
         for (best, variant) in best.iter_mut().zip(variants) {
             let runner = Runner::new(&variant.scene, settings, variant.precision);
-            let time = runner.map_err(Halt::from).and_then(|run| time_run(run, steps, leave));
-            *best = best.min(match time {
-                Ok(seconds) => seconds,
-                Err(Halt::Refused(_)) => f64::INFINITY,
-                Err(halt) => return Err(halt),
-            });
+            let time = runner.map_err(Halt::from).and_then(|run| time_run(run, steps, monitor));
+            *best = best.min(unless_refused(time)?.unwrap_or(f64::INFINITY));
         }
     }
     Ok(best)
@@ -132,12 +122,12 @@ impl Variant {
         &self,
         settings: Settings,
         steps: u64,
-        leave: Leave<'_>,
+        monitor: &mut dyn Monitor,
         mut see: impl FnMut(State<f64>),
     ) -> Result<(), Halt> {
         let mut runner = Runner::new(&self.scene, settings, self.precision)?;
         for _ in 0..steps {
-            ask(leave)?;
+            monitor.proceed()?;
             runner.step()?;
             see(state(&runner));
         }

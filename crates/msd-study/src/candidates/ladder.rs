@@ -19,6 +19,8 @@ fn round_numbers() -> impl Iterator<Item = u32> {
 /// The tolerances that studies try.
 const TOLERANCES: [f64; 9] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
 
+/// What [`ladders`] do, as a progress report says it.
+pub(crate) const PREDICTION: &str = "predicting how long the steps may be";
 /// Both precisions.
 pub const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F64];
 

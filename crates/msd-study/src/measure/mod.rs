@@ -2,7 +2,6 @@
 
 pub(crate) mod cache;
 pub mod clock;
-pub mod leave;
 pub mod machine;
 pub mod errors;
 pub mod reference;

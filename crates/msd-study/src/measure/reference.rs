@@ -4,7 +4,7 @@ use crate::candidates::choice::{Choice, FRAME, Fineness};
 use crate::measure::cache;
 use crate::measure::clock::CpuClock;
 use crate::measure::errors::rms_distance;
-use crate::measure::leave::{Halt, Leave, ask, unstopped};
+use crate::monitor::{Halt, Monitor, Progress};
 use crate::quantity::rounded;
 use msd_core::glam::DVec3;
 use msd_core::scene::any_meet;
@@ -134,37 +134,8 @@ impl Reference {
 ///
 /// # Errors
 /// See [`make_reference`].
-pub fn reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
-    unstopped(|leave| watched_reference(scene, wish, &mut |_| leave()))
-}
-
-/// How far a reference is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stage {
-    /// The run that is under way, from 1.
-    pub run: u32,
-    /// What it has covered and what it is to cover, seconds of simulated time.
-    pub time: [f64; 2],
-}
-
-impl Stage {
-    /// In words.
-    pub(crate) fn words(&self) -> String {
-        let [now, end] = self.time.map(|time| rounded(time, 2));
-        // One, one ten times as tight and a perturbed one.
-        format!("run {} of {} at least, {now} s of {end} s", self.run, self.run.max(3))
-    }
-}
-
-/// Hears how far a reference is before every frame of it; may wait; `false` ends it.
-pub(crate) type Watch<'a> = &'a mut dyn FnMut(Stage) -> bool;
-
-/// The same, watched.
-pub(crate) fn watched_reference(
-    scene: &Scene,
-    wish: Wish,
-    watch: Watch<'_>,
-) -> Result<Reference, Halt> {
+pub fn reference(scene: &Scene, wish: Wish, monitor: &mut dyn Monitor) -> Result<Reference, Halt> {
+    monitor.report(Progress::of(NOW));
     // What a scene is called and how it is drawn do not matter.
     let mut plain = scene.clone();
     plain.bodies.iter_mut().for_each(|body| body.surface = Surface::default());
@@ -172,7 +143,7 @@ pub(crate) fn watched_reference(
     if let Some(reference) = cache::get("reference", &hash) {
         return Ok(reference);
     }
-    let reference = make_watched(scene, wish, watch)?;
+    let reference = make_reference(scene, wish, monitor)?;
     cache::put("reference", &hash, &reference);
     Ok(reference)
 }
@@ -206,12 +177,12 @@ fn sample_frames(duration: f64) -> Vec<u64> {
 /// RK4 with twice the substeps each time.
 ///
 /// # Errors
-/// What [`Simulation::new`] and [`Simulation::step`] refuse.
-pub fn make_reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
-    unstopped(|leave| make_watched(scene, wish, &mut |_| leave()))
-}
-
-fn make_watched(scene: &Scene, wish: Wish, watch: Watch<'_>) -> Result<Reference, Halt> {
+/// What [`Simulation::new`] and [`Simulation::step`] refuse; what [`Monitor::proceed`] returns.
+pub fn make_reference(
+    scene: &Scene,
+    wish: Wish,
+    monitor: &mut dyn Monitor,
+) -> Result<Reference, Halt> {
     let clock = CpuClock::start();
     let size = size_of(scene)?;
     let frames = sample_frames(wish.duration);
@@ -223,7 +194,7 @@ fn make_watched(scene: &Scene, wish: Wish, watch: Watch<'_>) -> Result<Reference
         return Ok(Reference { frames, states, moved, grown, tolerance, substeps, size, seconds });
     }
     let wanted = wish.uncertainty * size;
-    let mut runs = Runs { frames: &frames, run: 0, watch };
+    let mut runs = Runs { frames: &frames, run: 0, monitor };
     let (mut tolerance, mut states) = runs.first(scene)?;
     let mut moved = vec![f64::INFINITY; frames.len()];
     loop {
@@ -237,7 +208,7 @@ fn make_watched(scene: &Scene, wish: Wish, watch: Watch<'_>) -> Result<Reference
         // Contact may put a tolerance out of reach: what was reached is the best there is.
         let tighter = match runs.states(scene, 0.1 * tolerance) {
             Ok(tighter) => tighter,
-            Err(halt @ (Halt::Stopped | Halt::Late)) => return Err(halt),
+            Err(halt @ (Halt::Cancelled | Halt::Deadline)) => return Err(halt),
             Err(Halt::Refused(_)) if worst.is_infinite() => {
                 let looser = runs.states(scene, 10.0 * tolerance)?;
                 let allowed = allowed(scene, 10.0 * tolerance, (size, &looser))?;
@@ -266,7 +237,7 @@ fn make_watched(scene: &Scene, wish: Wish, watch: Watch<'_>) -> Result<Reference
 struct Runs<'a> {
     frames: &'a [u64],
     run: u32,
-    watch: Watch<'a>,
+    monitor: &'a mut dyn Monitor,
 }
 
 impl Runs<'_> {
@@ -295,19 +266,24 @@ impl Runs<'_> {
         let (run, frames) = (self.run, self.frames);
         let end = frames.last().map_or(0.0, |&last| last as f64 * FRAME);
         let mut states = Vec::with_capacity(frames.len());
-        // Leave is asked for once in a frame.
         let mut frame = 0;
-        let leave = &mut || {
-            let time = [f64::from(frame) * FRAME, end];
+        let proceed = &mut || {
+            let [time, end] = [f64::from(frame) * FRAME, end].map(|time| rounded(time, 2));
             frame += 1;
-            (self.watch)(Stage { run, time })
+            // One, one ten times as tight and a perturbed one.
+            let least = run.max(3);
+            let now = format!("{NOW}: run {run} of {least} at least, {time} s of {end} s");
+            self.monitor.report(Progress::of(now));
+            self.monitor.proceed()
         };
         let see = &mut |state| states.push(Sample::of(state));
-        visit_frames(scene, (frames, choice), see, leave)?;
+        visit_frames(scene, (frames, choice), see, proceed)?;
         Ok(states)
     }
 }
 
+/// What is being done, in words.
+const NOW: &str = "making the reference";
 /// Part of the longest stable substep that a reference of RK4 begins with.
 const FIRST_PART: f64 = 0.25;
 
@@ -327,17 +303,18 @@ pub(crate) fn exact(scene: &Scene, tolerance: f64) -> Result<Choice, Error> {
     Ok(Choice { integrator, fineness, precision })
 }
 
-/// Shows the states at some frames of a run in double precision.
+/// Shows the states at some frames of a run in double precision; `proceed` is called before each
+/// frame.
 pub(crate) fn visit_frames(
     scene: &Scene,
     (frames, choice): (&[u64], Choice),
     see: &mut dyn FnMut(State<f64>),
-    leave: Leave<'_>,
+    proceed: &mut dyn FnMut() -> Result<(), Halt>,
 ) -> Result<(), Halt> {
     let mut simulation = Simulation::<f64>::new(scene, choice.settings())?;
     for &frame in frames {
         while simulation.steps() < frame {
-            ask(leave)?;
+            proceed()?;
             simulation.step()?;
         }
         see(simulation.state());

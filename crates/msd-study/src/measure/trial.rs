@@ -3,8 +3,8 @@
 use crate::candidates::choice::Choice;
 use crate::measure::clock::CpuClock;
 use crate::measure::errors::{Errors, compare};
-use crate::measure::leave::{Halt, Leave, ask, unstopped};
 use crate::measure::reference::{Reference, frames_of};
+use crate::monitor::{Halt, Monitor};
 use crate::quantity::estimate;
 use msd_core::{Error, Scene, Settings, Simulation, State, Witness};
 use msd_run::Runner;
@@ -51,22 +51,13 @@ impl Trial {
 /// at the others by energy and centre of mass only.
 ///
 /// # Errors
-/// What [`Runner::new`] refuses. A run that diverges is a result, not an error.
+/// What [`Runner::new`] refuses; what [`Monitor::proceed`] returns. A run that diverges is a
+/// result, not an error.
 pub fn try_choice(
     scene: &Scene,
     choice: Choice,
-    reference: &Reference,
-    reliable: usize,
-) -> Result<Trial, Error> {
-    unstopped(|leave| try_by_leave(scene, choice, (reference, reliable), leave))
-}
-
-/// The same, as long as leave is given.
-pub(crate) fn try_by_leave(
-    scene: &Scene,
-    choice: Choice,
     (reference, reliable): (&Reference, usize),
-    leave: Leave<'_>,
+    monitor: &mut dyn Monitor,
 ) -> Result<Trial, Halt> {
     let system = Simulation::<f64>::new(scene, Settings::default())?;
     let mut runner = Runner::new(scene, choice.settings(), choice.precision)?;
@@ -75,7 +66,7 @@ pub(crate) fn try_by_leave(
     runner.show_to(&mut witness);
     for (row, (&frame, right)) in reference.frames.iter().zip(&reference.states).enumerate() {
         // Not while the clock runs: it may wait.
-        ask(leave)?;
+        monitor.proceed()?;
         let clock = CpuClock::start();
         let stepped = step_to(&mut runner, frame);
         seconds += clock.seconds();
@@ -94,28 +85,28 @@ pub(crate) fn try_by_leave(
         energies.push(energy.mechanical());
     }
     let cost = match seconds < CpuClock::SURE {
-        true => time_by_leave(scene, choice, runner.steps(), leave)?,
+        true => time_choice(scene, choice, runner.steps(), monitor)?,
         false => seconds / reference.duration(),
     };
     Ok(Trial { choice, cost, errors: Some(worst), energies, gained, diverged: None })
 }
 
-/// Runs a choice for some seconds for its soundness alone, as long as leave is given; returns why
-/// it is none to take, in words, where it leaves the world or adds energy.
+/// Runs a choice for some seconds for its soundness alone; returns in words why it leaves the
+/// world or adds energy, where it does.
 ///
 /// # Errors
-/// What [`Runner::new`] refuses; [`Halt::Stopped`] where leave was not given.
-pub fn unsound_by_leave(
+/// What [`Runner::new`] refuses; what [`Monitor::proceed`] returns.
+pub fn find_fault(
     scene: &Scene,
     choice: Choice,
     duration: f64,
-    leave: Leave<'_>,
+    monitor: &mut dyn Monitor,
 ) -> Result<Option<String>, Halt> {
     let mut runner = Runner::new(scene, choice.settings(), choice.precision)?;
     let mut witness = Witness::default();
     runner.show_to(&mut witness);
     for _ in 0..frames_of(duration) {
-        ask(leave)?;
+        monitor.proceed()?;
         if let Err(error) = runner.step() {
             return Ok(Some(error.to_string()));
         }
@@ -136,29 +127,28 @@ pub fn adds(gained: f64) -> String {
 /// infinite for a run that diverges.
 ///
 /// # Errors
-/// What [`Runner::new`] refuses.
-pub fn time_choice(scene: &Scene, choice: Choice, frames: u64) -> Result<f64, Error> {
-    unstopped(|leave| time_by_leave(scene, choice, frames, leave))
-}
-
-/// The same, as long as leave is given.
-pub(crate) fn time_by_leave(
+/// What [`Runner::new`] refuses; what [`Monitor::proceed`] returns.
+pub fn time_choice(
     scene: &Scene,
     choice: Choice,
     frames: u64,
-    leave: Leave<'_>,
+    monitor: &mut dyn Monitor,
 ) -> Result<f64, Halt> {
-    time_run(Runner::new(scene, choice.settings(), choice.precision)?, frames, leave)
+    time_run(Runner::new(scene, choice.settings(), choice.precision)?, frames, monitor)
 }
 
-/// Takes so many steps for their cost alone, as long as leave is given: time of the processor per
-/// simulated second, seconds; infinite for a run that diverges.
-pub(crate) fn time_run(mut runner: Runner, steps: u64, leave: Leave<'_>) -> Result<f64, Halt> {
+/// Takes so many steps for their cost alone: time of the processor per simulated second, seconds;
+/// infinite for a run that diverges.
+pub(crate) fn time_run(
+    mut runner: Runner,
+    steps: u64,
+    monitor: &mut dyn Monitor,
+) -> Result<f64, Halt> {
     let start = runner.moment();
     let mut seconds = 0.0;
     // Few parts: reading the clock takes as long as a step of the smallest scenes.
     for part in 1..=PARTS {
-        ask(leave)?;
+        monitor.proceed()?;
         let clock = CpuClock::start();
         let stepped = step_to(&mut runner, part * steps / PARTS);
         seconds += clock.seconds();
@@ -179,7 +169,7 @@ pub(crate) fn time_run(mut runner: Runner, steps: u64, leave: Leave<'_>) -> Resu
     Ok(clock.seconds() / (f64::from(runs) * runner.time()))
 }
 
-/// How often a timed run asks for leave.
+/// How often a timed run asks its monitor.
 const PARTS: u64 = 8;
 
 fn step_to(runner: &mut Runner, frame: u64) -> Result<(), Error> {

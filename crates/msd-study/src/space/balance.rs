@@ -4,9 +4,8 @@ use crate::candidates::choice::{Choice, Fineness};
 use crate::candidates::ladder::ladders;
 use crate::measure::clock::CpuClock;
 use crate::measure::errors::rms_between;
-use crate::measure::leave::unstopped;
 use crate::measure::reference::Reference;
-use crate::measure::trial::{state, time_by_leave};
+use crate::measure::trial::{state, time_choice};
 use crate::quantity::{estimate, rounded};
 use crate::space::{Space, Verdict};
 use msd_core::glam::DVec3;
@@ -265,9 +264,7 @@ fn longest(scene: &Scene, choice: Choice) -> Result<Option<Choice>, Error> {
 /// shorter, or, where bending asks for that, with the square of the spacing.
 fn price(finer: &Scene, choice: Choice) -> f64 {
     // A precision that cannot hold the finer scene is no price.
-    let of = |choice| {
-        unstopped(|leave| time_by_leave(finer, choice, PRICED, leave)).unwrap_or(f64::INFINITY)
-    };
+    let of = |choice| time_choice(finer, choice, PRICED, &mut ()).unwrap_or(f64::INFINITY);
     match choice.fineness {
         Fineness::Substeps(_) => {
             let price = of(closer(choice));

@@ -3,8 +3,8 @@
 use crate::candidates::choice::FRAME;
 use crate::measure::cache;
 use crate::measure::clock::CpuClock;
-use crate::measure::leave::Halt;
-use crate::measure::reference::{Reference, Wish, watched_reference};
+use crate::measure::reference::{Reference, Wish, reference};
+use crate::monitor::{Halt, Monitor, Progress};
 use crate::quantity::estimate;
 use crate::space::limit::{Verdict, extrapolate};
 use crate::space::track::{Followed, Track, track, undrawn};
@@ -63,16 +63,17 @@ pub(crate) struct Halved {
     pub finer: Vec<Finer>,
 }
 
-/// Finds the error of space of a scene. `tell` hears what is being done.
+/// Finds the error of space of a scene.
 ///
 /// # Errors
-/// A body that has no spacing; what the core refuses of the scene.
+/// A body that has no spacing; what the core refuses of the scene; what [`Monitor::proceed`]
+/// returns.
 pub fn space(
     draft: &Draft,
     plan: SpacePlan,
-    tell: &mut dyn FnMut(&str),
-) -> Result<Space, FileError> {
-    Ok(halve(draft, plan, tell)?.space)
+    monitor: &mut dyn Monitor,
+) -> Result<Space, Halt<FileError>> {
+    Ok(halve(draft, plan, monitor)?.space)
 }
 
 /// What was found of a scene before, for whatever duration.
@@ -114,16 +115,14 @@ fn scene_hash(scene: &Scene) -> String {
 pub(crate) fn halve(
     draft: &Draft,
     plan: SpacePlan,
-    tell: &mut dyn FnMut(&str),
-) -> Result<Halved, FileError> {
+    monitor: &mut dyn Monitor,
+) -> Result<Halved, Halt<FileError>> {
     let source = draft.source()?;
     let scene = draft.load(&source)?.scene;
     let finer = vec![draft.finer(&source, &scene, 1)?];
-    tell("making the reference");
     let SpacePlan { duration, budget, uncertainty, patience } = plan;
     let wish = Wish { duration, uncertainty, patience };
-    let reference = watched_reference(&scene, wish, &mut |_| true);
-    let reference = reference.map_err(|halt| refused(draft, halt))?;
+    let reference = reference(&scene, wish, monitor).map_err(|halt| of_file(draft, halt))?;
     // Samples beyond which rounding alone moves the particles.
     let samples = reference.comparable(1e-4 * reference.size);
     let points: Vec<usize> = finer[0].common.iter().map(|pair| pair[0]).collect();
@@ -132,7 +131,7 @@ pub(crate) fn halve(
     for tolerance in TOLERANCES {
         // Contact may put a tolerance out of reach, as it did for the reference.
         let tolerance = tolerance.max(halving.reference.tolerance);
-        let mut tighter = halving.run(tolerance, tell)?;
+        let mut tighter = halving.run(tolerance, monitor)?;
         tighter.off = tighter.off.max(MOVED_PART * run.moved(&tighter));
         // What is not affordable to the last digit is known to the first.
         let is_poorer = tighter.tracks.len() < run.tracks.len();
@@ -201,13 +200,13 @@ impl Run {
 }
 
 impl Halving<'_> {
-    fn run(&mut self, tolerance: f64, tell: &mut dyn FnMut(&str)) -> Result<Run, FileError> {
+    fn run(&mut self, tolerance: f64, monitor: &mut dyn Monitor) -> Result<Run, Halt<FileError>> {
         let mut coarse = Track::of(&self.reference, &self.points);
         coarse.samples.truncate(self.samples);
         let frames = &self.reference.frames[..self.samples];
         let own = Followed { scene: &self.scene, points: &self.points, frames, tolerance };
-        let own = track(own, (0.0, f64::INFINITY), &mut || true);
-        let own = own.map_err(|halt| refused(self.draft, halt))?.unwrap_or_else(|| coarse.clone());
+        let own = track(own, (0.0, f64::INFINITY), monitor);
+        let own = own.map_err(|halt| of_file(self.draft, halt))?.unwrap_or_else(|| coarse.clone());
         // Finer runs may be off where this one happens not to be.
         let least = ROUNDING.max(ALLOWED * tolerance) * self.reference.size;
         let off = own.distance(&coarse, self.samples).max(least);
@@ -215,8 +214,9 @@ impl Halving<'_> {
         let mut run = Run { tracks: vec![coarse], off, stopped };
         let mut before = (self.scene.springs.len(), own.seconds);
         for halvings in 1..=MOST_HALVINGS {
-            tell(&format!("running it at 1/{} of its spacing", 1 << halvings));
-            match self.run_finer(halvings, tolerance, before) {
+            let now = format!("running it at 1/{} of its spacing", 1 << halvings);
+            monitor.report(Progress::of(now));
+            match self.run_finer(halvings, tolerance, before, monitor)? {
                 Ok((springs, track)) => {
                     before = (springs, track.seconds);
                     run.tracks.push(track);
@@ -237,10 +237,14 @@ impl Halving<'_> {
         halvings: u32,
         tolerance: f64,
         (springs, seconds): (usize, f64),
-    ) -> Result<(usize, Track), String> {
+        monitor: &mut dyn Monitor,
+    ) -> Result<Result<(usize, Track), String>, Halt<FileError>> {
         if self.finer.len() < halvings as usize {
             let finer = self.draft.finer(&self.source, &self.scene, halvings);
-            self.finer.push(finer.map_err(|error| error.to_string())?);
+            match finer {
+                Ok(finer) => self.finer.push(finer),
+                Err(error) => return Ok(Err(error.to_string())),
+            }
         }
         let Finer { loaded, common, .. } = &self.finer[halvings as usize - 1];
         let scene = &loaded.scene;
@@ -250,17 +254,18 @@ impl Halving<'_> {
         let frames = &self.reference.frames[..self.samples];
         let followed = Followed { scene, points: &points, frames, tolerance };
         let clock = CpuClock::start();
-        let found = track(followed, (predicted, self.budget), &mut || true);
+        let found = track(followed, (predicted, self.budget), monitor);
         // What the cache holds costs nothing.
         self.budget -= clock.seconds();
         let parts = 1 << halvings;
-        match found {
-            Ok(Some(track)) => Ok((scene.springs.len(), track)),
-            Ok(None) => Err(format!(
+        match found.map_err(|halt| of_file(self.draft, halt)) {
+            Ok(Some(track)) => Ok(Ok((scene.springs.len(), track))),
+            Ok(None) => Ok(Err(format!(
                 "1/{parts} of the spacing takes about {} of processor time: --time gives more",
                 estimate(predicted, "s")
-            )),
-            Err(halt) => Err(format!("at 1/{parts} of the spacing, {}", refused(self.draft, halt))),
+            ))),
+            Err(Halt::Refused(error)) => Ok(Err(format!("at 1/{parts} of the spacing, {error}"))),
+            Err(halt) => Err(halt),
         }
     }
 
@@ -302,10 +307,8 @@ impl Halving<'_> {
     }
 }
 
-fn refused(draft: &Draft, halt: Halt) -> FileError {
-    let error = match halt {
-        Halt::Refused(error) => error,
-        Halt::Stopped | Halt::Late => unreachable!("leave is always given"),
-    };
-    FileError::Core { file: draft.name.clone(), source: Box::new(error) }
+/// The same, a refusal with the name of the file.
+pub(crate) fn of_file(draft: &Draft, halt: impl Into<Halt>) -> Halt<FileError> {
+    let file = draft.name.clone();
+    halt.into().map(|error| FileError::Core { file, source: Box::new(error) })
 }

@@ -12,8 +12,8 @@ mod halve;
 mod balance;
 
 pub use balance::{ErrorBalance, Share, balance};
-pub(crate) use halve::halve;
 pub use halve::{SpacePlan, known, space};
+pub(crate) use halve::{halve, of_file};
 pub use limit::Verdict;
 pub(crate) use track::{Track, picked};
 

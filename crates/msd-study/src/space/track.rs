@@ -3,8 +3,8 @@
 use crate::measure::cache;
 use crate::measure::clock::CpuClock;
 use crate::measure::errors::rms_between;
-use crate::measure::leave::{Halt, Leave};
 use crate::measure::reference::{Reference, exact, visit_frames};
+use crate::monitor::{Halt, Monitor};
 use msd_core::glam::DVec3;
 use msd_core::{Scene, Surface};
 use serde::{Deserialize, Serialize};
@@ -67,7 +67,7 @@ pub(crate) struct Followed<'s> {
 pub(crate) fn track(
     followed: Followed<'_>,
     (predicted, most): (f64, f64),
-    leave: Leave<'_>,
+    monitor: &mut dyn Monitor,
 ) -> Result<Option<Track>, Halt> {
     let Followed { scene, points, frames, tolerance } = followed;
     let hash = cache::content_hash(&(&undrawn(scene), points, frames, tolerance));
@@ -85,10 +85,10 @@ pub(crate) fn track(
     let mut is_late = false;
     let ran = visit_frames(scene, (frames, exact(scene, tolerance)?), &mut see, &mut || {
         is_late = most < clock.seconds();
-        !is_late && leave()
+        if is_late { Err(Halt::Deadline) } else { monitor.proceed() }
     });
     match ran {
-        Err(Halt::Stopped) if is_late => return Ok(None),
+        Err(Halt::Deadline) if is_late => return Ok(None),
         ran => ran?,
     }
     let track = Track { samples, seconds: clock.seconds() };

@@ -3,65 +3,54 @@
 use crate::behaviour::audit::audit_all;
 use crate::behaviour::limits::limits;
 use crate::candidates::choice::Choice;
-use crate::measure::leave::{Halt, unstopped};
 use crate::measure::trial::Trial;
-use crate::space::{SpacePlan, balance, halve};
+use crate::monitor::{Halt, Monitor, Progress};
+use crate::space::{SpacePlan, balance, halve, of_file};
 use crate::study::Study;
 use crate::study::words::words;
-use msd_core::Error;
 use msd_scene::{Draft, FileError, Loaded};
 
 pub use crate::study::course::{Course, Plan};
-pub(crate) use crate::study::follower::Listener;
-pub use crate::study::follower::{Follower, Progress};
-
-/// Studies a scene. `tell` hears how far it is.
-///
-/// # Errors
-/// What the core refuses of the scene.
-pub fn study(loaded: &Loaded, plan: Plan, tell: &mut dyn FnMut(Progress)) -> Result<Study, Error> {
-    unstopped(|_| study_followed(loaded, plan, &mut Listener(tell))).map(|(study, _)| study)
-}
 
 /// Adds the error of space to a study of a scene as a user writes it, and the balance of its
 /// errors; takes up to as much time again as the plan gives to trials.
 ///
 /// # Errors
-/// A body that has no spacing; what the core refuses of a finer scene.
+/// A body that has no spacing; what the core refuses of a finer scene; what [`Monitor::proceed`]
+/// returns.
 pub fn add_space(
     study: &mut Study,
     draft: &Draft,
     plan: Plan,
-    tell: &mut dyn FnMut(&str),
-) -> Result<(), FileError> {
+    monitor: &mut dyn Monitor,
+) -> Result<(), Halt<FileError>> {
     let Plan { duration, budget, uncertainty, patience, .. } = plan;
     let plan = SpacePlan { duration, budget, uncertainty, patience };
-    let found = halve(draft, plan, tell)?;
-    tell("balancing space, time and precision");
+    let found = halve(draft, plan, monitor)?;
+    monitor.report(Progress::of("balancing space, time and precision"));
     let loaded = draft.load(&draft.source()?)?;
     let finer = &found.finer[0].loaded.scene;
     let balance = balance(&loaded, finer, &found.space, &found.reference);
-    let refused = |error| FileError::Core { file: draft.name.clone(), source: Box::new(error) };
-    study.balance = Some(balance.map_err(refused)?);
+    study.balance = Some(balance.map_err(|error| of_file(draft, error))?);
     study.space = Some(found.space);
     Ok(())
 }
 
-/// The same for one who follows, as long as that one goes on; returns whether it came to its end
-/// too. One that did not has what was tried by then, and another study of the scene takes it up.
+/// Studies a scene; returns whether the study is complete, too. One that was cancelled has the
+/// trials made by then, and another study of the scene resumes it.
 ///
 /// # Errors
-/// See [`study`]; [`Halt::Stopped`] where the follower ended it before the first trial.
-pub fn study_followed(
+/// What the core refuses of the scene; [`Halt::Cancelled`] before the first trial.
+pub fn study(
     loaded: &Loaded,
     plan: Plan,
-    follower: &mut dyn Follower,
+    monitor: &mut dyn Monitor,
 ) -> Result<(Study, bool), Halt> {
     let scene = &loaded.scene;
-    let mut course = Course::begin(loaded.clone(), plan, follower)?;
+    let mut course = Course::begin(loaded.clone(), plan, monitor)?;
     loop {
-        match course.advance(follower) {
-            Err(Halt::Stopped) if !course.study.trials.is_empty() => {
+        match course.advance(monitor) {
+            Err(Halt::Cancelled) if !course.study.trials.is_empty() => {
                 course.study.words = words(&course.study);
                 return Ok((course.study, false));
             }
@@ -72,11 +61,11 @@ pub fn study_followed(
             }
         }
     }
-    follower.hear(course.progress("observing the limits".into()));
+    monitor.report(course.progress("observing the limits".into()));
     let mut limits = limits(scene, loaded.settings.substeps)?;
     limits.retain(|limit| limit.predicted.is_finite());
     course.study.limits = limits;
-    follower.hear(course.progress("auditing".into()));
+    monitor.report(course.progress("auditing".into()));
     course.study.audit = audit_all(scene, &representatives(&course.study))?;
     course.study.words = words(&course.study);
     course.forget();

@@ -1,14 +1,13 @@
 //! A study under way: round by round from coarse to fine, resumable, each choice timed often.
 
 use crate::candidates::choice::{Choice, FRAME, Fineness};
-use crate::candidates::ladder::{Ladder, PRECISIONS, ladders};
+use crate::candidates::ladder::{Ladder, PRECISIONS, PREDICTION, ladders};
 use crate::measure::clock::CpuClock;
-use crate::measure::leave::Halt;
-use crate::measure::reference::{Reference, Sample, Wish, frames_of};
-use crate::measure::trial::{Trial, time_by_leave, try_by_leave};
+use crate::measure::reference::{Reference, Sample, Wish, frames_of, reference};
+use crate::measure::trial::{Trial, time_choice, try_choice};
 use crate::measure::{cache, machine};
+use crate::monitor::{Halt, Monitor, Progress};
 use crate::space::known;
-use crate::study::follower::{Follower, Hurried, Progress};
 use crate::study::{ReferenceNote, Study};
 use msd_core::{Friction, Scene, Settings, Simulation};
 use msd_scene::Loaded;
@@ -57,7 +56,8 @@ const HOPELESS: f64 = 8.0;
 /// How often each choice is timed at most.
 const ROUNDS: usize = 5;
 
-/// A study that is under way: the reference is made, and trials follow one by one.
+/// A study that is under way: the reference is made, and trials follow one by one, in as many
+/// calls of [`Course::advance`].
 ///
 /// It neither observes limits nor audits, as [`study`](crate::study::conduct::study) does.
 #[derive(Debug)]
@@ -72,8 +72,8 @@ pub struct Course {
     spent: f64,
     /// Methods that are done, and all of them.
     methods: [usize; 2],
-    /// Methods still to be tried, in turn.
-    climbs: VecDeque<Climb>,
+    /// Methods still to be tried, in turn; none before it is predicted which.
+    climbs: Option<VecDeque<Climb>>,
     /// The round of timing, and the trial that is timed next in it.
     timed: (usize, usize),
 }
@@ -82,16 +82,15 @@ impl Course {
     /// Makes the reference, and takes up what an interrupted study left.
     ///
     /// # Errors
-    /// What the core refuses of the scene; [`Halt::Stopped`] where the follower ended it,
-    /// [`Halt::Late`] where its patience did not last until the reference was made.
-    pub fn begin(loaded: Loaded, plan: Plan, follower: &mut dyn Follower) -> Result<Self, Halt> {
+    /// What the core refuses of the scene; what [`Monitor::proceed`] returns.
+    pub fn begin(loaded: Loaded, plan: Plan, monitor: &mut dyn Monitor) -> Result<Self, Halt> {
         let scene = &loaded.scene;
         let simulation = Simulation::<f64>::new(scene, Settings::default())?;
         let model = simulation.model();
         let wanted = plan.wanted.unwrap_or(1e-3 * model.size());
         let Plan { duration, uncertainty, patience, .. } = plan;
         let wish = Wish { duration, uncertainty, patience };
-        let right = Hurried::new(follower).reference(scene, wish)?;
+        let right = reference(scene, wish, monitor)?;
         let reliable = right.comparable(0.1 * wanted);
         let bounds = (plan.duration, reliable);
         let hash = cache::content_hash(&(scene, bounds, machine::name()));
@@ -118,42 +117,34 @@ impl Course {
             machine: machine::name(),
             date: machine::date(),
         };
-        follower.see(&study);
-        follower.hear(Progress::of_prediction());
-        let ladders = ladders(scene)?;
-        let (spent, methods, climbs, timed) = (0.0, [0, 0], VecDeque::new(), (1, 0));
-        let mut course =
-            Course { loaded, plan, right, reliable, study, hash, spent, methods, climbs, timed };
-        let climbs = ladders.into_iter().map(|ladder| course.climb(ladder));
-        course.climbs = climbs.filter(|climb| !climb.rungs.as_slice().is_empty()).collect();
-        course.methods[1] = course.climbs.len();
-        let Scene { planes, solids, .. } = &course.loaded.scene;
-        let frictions = planes.iter().map(|plane| plane.friction);
-        if frictions.chain(solids.iter().map(|solid| solid.friction)).any(is_steppy) {
-            course.study.left_out.push(STEPPY.into());
-        }
-        Ok(course)
+        let (spent, methods, climbs, timed) = (0.0, [0, 0], None, (1, 0));
+        Ok(Course { loaded, plan, right, reliable, study, hash, spent, methods, climbs, timed })
     }
 
-    /// Makes the next trial, or times one again: what the follower wishes for, or else what comes
-    /// next, so that all methods climb side by side and what is cheap comes first. Returns whether
+    /// The study so far.
+    pub fn study(&self) -> &Study {
+        &self.study
+    }
+
+    /// Predicts which methods are to be tried, then with each call makes the next trial or times
+    /// one again: all methods climb side by side, and what is cheap comes first. Returns whether
     /// there was anything to do.
     ///
     /// # Errors
     /// See [`Course::begin`].
-    pub fn advance(&mut self, follower: &mut dyn Follower) -> Result<bool, Halt> {
-        if let Some(choice) = follower.wish(false) {
-            self.grant(choice, follower)?;
-            return Ok(true);
-        }
-        let Some(mut climb) = self.climbs.pop_front() else { return self.time_again(follower) };
+    pub fn advance(&mut self, monitor: &mut dyn Monitor) -> Result<bool, Halt> {
+        let Some(climbs) = &mut self.climbs else {
+            monitor.report(Progress::of(PREDICTION));
+            return self.predict().map(|()| true);
+        };
+        let Some(mut climb) = climbs.pop_front() else { return self.time_again(monitor) };
         let Some(choice) = climb.rungs.next() else {
             self.methods[0] += 1;
             return Ok(true);
         };
-        follower.hear(self.progress(choice.to_string()));
-        match self.climb_one(&mut climb, choice, follower)? {
-            None => self.climbs.push_back(climb),
+        monitor.report(self.progress(choice.to_string()));
+        match self.climb_one(&mut climb, choice, monitor)? {
+            None => self.climbs.get_or_insert_default().push_back(climb),
             Some(why) => {
                 self.methods[0] += 1;
                 self.study.left_out.extend(why);
@@ -165,6 +156,22 @@ impl Course {
     /// Removes what would let the study be taken up again.
     pub(super) fn forget(&self) {
         cache::remove(JOURNAL, &self.hash);
+    }
+
+    /// Predicts which methods are to be tried, and from where.
+    fn predict(&mut self) -> Result<(), Halt> {
+        let ladders = ladders(&self.loaded.scene)?.into_iter();
+        let climbs = ladders.map(|ladder| self.climb(ladder));
+        let climbs: VecDeque<_> =
+            climbs.filter(|climb| !climb.rungs.as_slice().is_empty()).collect();
+        self.methods[1] = climbs.len();
+        self.climbs = Some(climbs);
+        let Scene { planes, solids, .. } = &self.loaded.scene;
+        let frictions = planes.iter().map(|plane| plane.friction);
+        if frictions.chain(solids.iter().map(|solid| solid.friction)).any(is_steppy) {
+            self.study.left_out.push(STEPPY.into());
+        }
+        Ok(())
     }
 
     /// What is to be tried of a method.
@@ -182,17 +189,16 @@ impl Course {
         Climb { rungs: rungs.into_iter(), best: f64::INFINITY, idle: 0 }
     }
 
-    /// Tries what the follower wishes for, unless it was tried before.
+    /// Tries a choice that the user asks for, unless it was tried before.
     ///
     /// # Errors
     /// See [`Course::begin`].
-    pub fn grant(&mut self, choice: Choice, follower: &mut dyn Follower) -> Result<(), Halt> {
+    pub fn grant(&mut self, choice: Choice, monitor: &mut dyn Monitor) -> Result<(), Halt> {
         if self.study.trials.iter().any(|trial| trial.choice == choice) {
-            follower.see(&self.study);
             return Ok(());
         }
-        follower.hear(self.progress(choice.to_string()));
-        let trial = match self.attempt(choice, follower) {
+        monitor.report(self.progress(choice.to_string()));
+        let trial = match self.attempt(choice, monitor) {
             Err(Halt::Refused(error)) => {
                 let diverged = Some(error.to_string());
                 let (cost, energies) = (f64::INFINITY, Vec::new());
@@ -201,21 +207,19 @@ impl Course {
             trial => trial?,
         };
         self.study.trials.push(trial);
-        follower.see(&self.study);
         Ok(())
     }
 
-    fn attempt(&self, choice: Choice, follower: &mut dyn Follower) -> Result<Trial, Halt> {
-        let right = (&self.right, self.reliable);
-        try_by_leave(&self.loaded.scene, choice, right, &mut || follower.goes_on())
+    fn attempt(&self, choice: Choice, monitor: &mut dyn Monitor) -> Result<Trial, Halt> {
+        try_choice(&self.loaded.scene, choice, (&self.right, self.reliable), monitor)
     }
 
     /// What is being done, and how far it is.
     pub(super) fn progress(&self, now: String) -> Progress {
         let left = (self.plan.budget - self.spent).max(0.0);
         let [tried, all] = self.methods;
-        let (done, methods) = (self.study.trials.len(), (tried < all).then_some(self.methods));
-        Progress { now, done, methods, left: Some(left) }
+        let (done, parts) = (self.study.trials.len(), (tried < all).then_some(self.methods));
+        Progress { now, done, parts, left: Some(left) }
     }
 
     /// Tries one rung; returns whether the climb ends here, and what to say of it.
@@ -223,7 +227,7 @@ impl Course {
         &mut self,
         climb: &mut Climb,
         choice: Choice,
-        follower: &mut dyn Follower,
+        monitor: &mut dyn Monitor,
     ) -> Result<Option<Option<String>>, Halt> {
         let kept = self.study.trials.iter().position(|trial| trial.choice == choice);
         if kept.is_none() {
@@ -231,7 +235,7 @@ impl Course {
                 return Ok(Some(Some(format!("{choice} and finer: the time was up"))));
             }
             let clock = CpuClock::start();
-            let trial = match self.attempt(choice, follower) {
+            let trial = match self.attempt(choice, monitor) {
                 Err(Halt::Refused(error)) => {
                     return Ok(Some(Some(format!("{choice}: {error}"))));
                 }
@@ -240,7 +244,6 @@ impl Course {
             self.spent += clock.seconds();
             self.study.trials.push(trial);
             cache::put(JOURNAL, &self.hash, &self.study.trials);
-            follower.see(&self.study);
         }
         let trials = &self.study.trials;
         let trial = &trials[kept.unwrap_or(trials.len() - 1)];
@@ -273,12 +276,11 @@ impl Course {
     }
 
     /// Times the next choice again, in turn, and keeps its best; returns whether there was one.
-    fn time_again(&mut self, follower: &mut dyn Follower) -> Result<bool, Halt> {
+    fn time_again(&mut self, monitor: &mut dyn Monitor) -> Result<bool, Halt> {
         while self.timed.0 < ROUNDS {
             let (round, row) = self.timed;
             let Some(trial) = self.study.trials.get(row) else {
                 self.timed = (round + 1, 0);
-                follower.see(&self.study);
                 continue;
             };
             self.timed.1 += 1;
@@ -289,10 +291,9 @@ impl Course {
                 continue;
             }
             let (choice, now) = (trial.choice, format!("timing, round {} of {ROUNDS}", round + 1));
-            follower.hear(self.progress(now));
+            monitor.report(self.progress(now));
             let frames = frames_of(self.right.duration());
-            let leave = &mut || follower.goes_on();
-            let cost = time_by_leave(&self.loaded.scene, choice, frames, leave)?;
+            let cost = time_choice(&self.loaded.scene, choice, frames, monitor)?;
             self.spent += cost * self.right.duration();
             let known = &mut self.study.trials[row].cost;
             *known = known.min(cost);

@@ -1,7 +1,6 @@
 //! Studies: the cost of a scene at every accuracy, from every choice worth trying.
 
 pub mod words;
-pub(crate) mod follower;
 mod course;
 pub mod conduct;
 

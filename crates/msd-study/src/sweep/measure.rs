@@ -3,9 +3,9 @@
 use crate::candidates::choice::FRAME;
 use crate::measure::clock::CpuClock;
 use crate::measure::errors::{Errors, compare};
-use crate::measure::leave::Halt;
-use crate::measure::reference::{Reference, Wish, frames_of, watched_reference};
+use crate::measure::reference::{Reference, Wish, frames_of, reference};
 use crate::measure::trial::state;
+use crate::monitor::{Halt, Monitor};
 use msd_core::{Divergence, Energy, Error, Settings, Simulation};
 use msd_run::Runner;
 use msd_scene::{Loaded, Precision, state_hash};
@@ -103,22 +103,22 @@ impl References {
 /// Runs a scene and measures it, against a reference if there is a slot for one.
 ///
 /// # Errors
-/// What [`Runner::new`] refuses; [`Halt::Stopped`] where it does not go on. A run that diverges is
-/// a result, not an error.
+/// What [`Runner::new`] refuses; what [`Monitor::proceed`] returns. A run that diverges is a
+/// result, not an error.
 pub(super) fn measure(
     loaded: &Loaded,
     (duration, slot): (f64, Option<&Slot>),
-    goes_on: &dyn Fn() -> bool,
+    monitor: &mut dyn Monitor,
 ) -> Result<Measured, Halt> {
     let wish = Wish { duration, ..Wish::default() };
-    let make = || watched_reference(&loaded.scene, wish, &mut |_| goes_on());
+    let make = || reference(&loaded.scene, wish, monitor);
     let (right, note) = match slot.map(|slot| slot.get_or_init(make)) {
         Some(Ok(right)) => (Some(right), None),
         Some(Err(Halt::Refused(error))) => (None, Some(format!("there is no reference: {error}"))),
         Some(Err(halt)) => return Err(halt.clone()),
         None => (None, None),
     };
-    let mut run = TimedRun::start(loaded, goes_on)?;
+    let mut run = TimedRun::start(loaded, monitor)?;
     // Automatic substeps may be others later.
     let settings = run.runner.settings();
     let steps = count_steps(loaded.settings, duration);
@@ -163,27 +163,25 @@ pub(super) fn measure(
 /// A run whose steps are timed.
 struct TimedRun<'a> {
     runner: Runner,
-    goes_on: &'a dyn Fn() -> bool,
+    monitor: &'a mut dyn Monitor,
     cpu: f64,
     wall: f64,
     stable: f64,
 }
 
 impl<'a> TimedRun<'a> {
-    fn start(loaded: &Loaded, goes_on: &'a dyn Fn() -> bool) -> Result<Self, Error> {
+    fn start(loaded: &Loaded, monitor: &'a mut dyn Monitor) -> Result<Self, Error> {
         let runner = Runner::open(loaded)?;
         let stable = runner.stable_substep();
-        Ok(TimedRun { runner, goes_on, cpu: 0.0, wall: 0.0, stable })
+        Ok(TimedRun { runner, monitor, cpu: 0.0, wall: 0.0, stable })
     }
 
     fn step_to(&mut self, steps: u64) -> Result<(), Halt> {
         let (clock, wall) = (CpuClock::start(), Instant::now());
         let mut stepped = Ok(());
         while stepped.is_ok() && self.runner.steps() < steps {
-            stepped = self.runner.step().map_err(Halt::from);
-            if !(self.goes_on)() {
-                stepped = Err(Halt::Stopped);
-            }
+            let proceeds = self.monitor.proceed();
+            stepped = proceeds.and_then(|()| self.runner.step().map_err(Halt::from));
         }
         self.cpu += clock.seconds();
         self.wall += wall.elapsed().as_secs_f64();

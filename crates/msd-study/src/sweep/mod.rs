@@ -22,6 +22,6 @@ mod store;
 mod run;
 
 pub use plan::{Cell, Sweep};
-pub use run::{Event, Summary, run};
+pub use run::{Summary, run};
 pub use store::Store;
 pub use table::{Column, Datum, Kind, Table, TableFormat};

@@ -1,6 +1,6 @@
 //! The run of a sweep: all cells checked first, then one after another on each thread.
 
-use crate::measure::leave::Halt;
+use crate::monitor::{Halt, Monitor, Progress};
 use crate::sweep::measure::{References, measure};
 use crate::sweep::plan::{Cell, Sweep};
 use crate::sweep::row::row;
@@ -8,60 +8,10 @@ use crate::sweep::store::Store;
 use msd_core::Integrator;
 use msd_scene::{FileError, Loaded};
 use std::collections::BTreeMap;
-use std::fmt;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
-
-/// What happens in a sweep.
-#[non_exhaustive]
-#[derive(Clone, Debug, PartialEq)]
-pub enum Event {
-    /// What is to be done is known: cells to run, and cells done before.
-    Planned {
-        /// Cells to run.
-        todo: usize,
-        /// Cells that were done before.
-        skipped: usize,
-    },
-    /// A cell was found to be right.
-    Checked,
-    /// A cell was run and its file is in place.
-    Finished {
-        /// Its number.
-        number: usize,
-        /// Its keys and values.
-        words: String,
-        /// Whether it diverged.
-        diverged: bool,
-        /// Time of the processor that its steps took, seconds.
-        cpu: f64,
-        /// Root mean square error, metres, where it was compared.
-        rms_error: Option<f64>,
-        /// Time until all cells are done, seconds, if they cost what they are expected to.
-        left: f64,
-    },
-}
-
-impl fmt::Display for Event {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Event::Planned { todo, skipped } => {
-                write!(f, "{todo} cells to run, {skipped} done before")
-            }
-            Event::Checked => f.write_str("a cell is right"),
-            Event::Finished { number, words, diverged, cpu, rms_error, .. } => {
-                let outcome = if *diverged { "diverged" } else { "finished" };
-                write!(f, "cell {number} {outcome}, {cpu:.3} s cpu")?;
-                if let Some(error) = rms_error {
-                    write!(f, ", rms error {error:.3e} m")?;
-                }
-                write!(f, ": {words}")
-            }
-        }
-    }
-}
 
 /// What came of a sweep, or of the part of it that was asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -72,13 +22,15 @@ pub struct Summary {
     pub skipped: usize,
     /// Cells run now that diverged.
     pub diverged: usize,
-    /// Cells that were not run, as leave to go on was not given.
+    /// Cells that were not run, as the sweep was cancelled.
     pub left: usize,
 }
 
 /// Runs those of some cells that are not done, on some threads. Every one is checked before the
-/// first runs. `goes_on` is asked in every step: `false` ends the sweep, and what is not done then
-/// is left.
+/// first runs. A sweep that the monitor ends keeps the cells that are done.
+///
+/// A report after each cell that was checked has no time that is left; one after each that was run
+/// has.
 ///
 /// # Errors
 /// The first cell, by number, with something wrong; files that cannot be written.
@@ -86,7 +38,7 @@ pub fn run(
     sweep: &Sweep,
     store: &Store,
     (cells, jobs): (Range<usize>, usize),
-    (tell, goes_on): (&(dyn Fn(Event) + Sync), &(dyn Fn() -> bool + Sync)),
+    monitor: &mut (dyn Monitor + Send),
 ) -> Result<Summary, FileError> {
     let mut todo = Vec::new();
     let count = cells.len();
@@ -97,13 +49,17 @@ pub fn run(
         }
     }
     let skipped = count - todo.len();
-    tell(Event::Planned { todo: todo.len(), skipped });
+    let (all, monitor) = (todo.len(), Mutex::new(monitor));
+    let report = |progress| lock(&monitor).report(progress);
+    let checked = AtomicUsize::new(0);
+    let checking = |done| Progress { done, parts: Some([done, all]), ..Progress::of("checking") };
+    report(checking(0));
     let work = in_parallel(&todo, jobs, &|cell| {
-        if !goes_on() {
+        if lock(&monitor).proceed().is_err() {
             return Ok(None);
         }
         let loaded = sweep.load(cell)?;
-        tell(Event::Checked);
+        report(checking(checked.fetch_add(1, Ordering::Relaxed) + 1));
         Ok(Some(expected_work(sweep, &loaded)))
     })?;
     if work.len() < todo.len() {
@@ -119,26 +75,48 @@ pub fn run(
     todo.sort_by_key(|(cell, _)| first.get(&cell.scene_hash).copied());
     let references = References::new(jobs.max(1));
     let clock = Remaining::start(todo.iter().map(|cell| cell.1).sum());
+    let ran = Mutex::new(0);
     let diverged = in_parallel(&todo, jobs, &|(cell, work)| {
         let slot = sweep.has_error().then(|| references.slot(&cell.scene_hash));
-        let measured = match measure(&sweep.load(cell)?, (sweep.duration(), slot.as_ref()), goes_on)
-        {
+        let slot = (sweep.duration(), slot.as_ref());
+        let measured = match measure(&sweep.load(cell)?, slot, &mut Shared(&monitor)) {
             Ok(measured) => measured,
             Err(Halt::Refused(error)) => return Err(sweep.refuse(error, cell)),
-            Err(Halt::Stopped | Halt::Late) => return Ok(None),
+            Err(Halt::Cancelled | Halt::Deadline) => return Ok(None),
         };
         let row = row(sweep, cell, &measured);
         let diverged = measured.diverged.is_some();
-        let rms_error = store.value(&row, "rms_error").as_number();
-        let cpu = measured.cpu;
+        let outcome = if diverged { "diverged" } else { "finished" };
+        let error = store.value(&row, "rms_error").as_number();
+        let error = error.map_or(String::new(), |error| format!(", rms error {error:.3e} m"));
         store.save(cell, row)?;
-        let (number, words, left) = (cell.number, sweep.words(cell), clock.done(*work));
-        tell(Event::Finished { number, words, diverged, cpu, rms_error, left });
+        let (number, cpu, words) = (cell.number, measured.cpu, sweep.words(cell));
+        let now = format!("cell {number} {outcome}, {cpu:.3} s cpu{error}: {words}");
+        let mut done = lock(&ran);
+        *done += 1;
+        let (parts, left) = (Some([*done, all]), Some(clock.done(*work)));
+        report(Progress { now, done: *done, parts, left });
         Ok(Some(diverged))
     })?;
-    let diverged_count = diverged.iter().filter(|&&diverged| diverged).count();
-    let run = diverged.len();
-    Ok(Summary { run, skipped, diverged: diverged_count, left: todo.len() - run })
+    let (run, left) = (diverged.len(), todo.len() - diverged.len());
+    let diverged = diverged.into_iter().filter(|&diverged| diverged).count();
+    Ok(Summary { run, skipped, diverged, left })
+}
+
+/// The monitor of a sweep, shared by its threads, which report no references.
+struct Shared<'a, 'm>(&'a Mutex<&'m mut (dyn Monitor + Send)>);
+
+impl Monitor for Shared<'_, '_> {
+    fn report(&mut self, _: Progress) {}
+
+    fn proceed(&mut self) -> Result<(), Halt> {
+        // Where another thread asks at the moment, the next step is soon enough.
+        self.0.try_lock().map_or(Ok(()), |mut monitor| monitor.proceed())
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Work of a cell in spring updates, roughly: good enough to tell minutes from hours.
@@ -174,7 +152,7 @@ impl Remaining {
 
     /// Adds what was done; returns the time that is left, seconds.
     fn done(&self, work: f64) -> f64 {
-        let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut done = lock(&self.done);
         *done += work;
         self.start.elapsed().as_secs_f64() * (self.total - *done).max(0.0) / *done
     }
@@ -201,7 +179,7 @@ fn in_parallel<T: Sync, R: Send>(
             if result.is_err() {
                 failed.fetch_min(row, Ordering::Relaxed);
             }
-            results.lock().unwrap_or_else(PoisonError::into_inner).push((row, result));
+            lock(&results).push((row, result));
         }
     };
     match jobs.clamp(1, items.len().max(1)) {

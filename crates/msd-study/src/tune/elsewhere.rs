@@ -1,13 +1,11 @@
 //! Trials of what a search has found at another state of the scene: that of a run to step by it.
 
-use super::{Goal, UNLUCKY};
+use super::{Goal, UNLUCKY, hurried};
 use crate::candidates::choice::{Choice, FRAME};
-use crate::measure::leave::Halt;
-use crate::measure::reference::{Reference, size_of, watched_reference};
-use crate::measure::trial::{Trial, adds, try_by_leave, unsound_by_leave};
+use crate::measure::reference::{Reference, reference, size_of};
+use crate::measure::trial::{Trial, adds, find_fault, try_choice};
+use crate::monitor::{Halt, Monitor, Progress};
 use crate::quantity::estimate;
-use crate::study::conduct::{Follower, Progress};
-use crate::study::follower::Hurried;
 use msd_core::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -22,28 +20,26 @@ pub struct Elsewhere {
 
 /// Tries choices that were found, the best first, in a `scene` that is at another state: for the
 /// `lasting` seconds that it must stay in the world there and add no energy, and against a
-/// reference for the `duration` over which its error counts, seconds. Where the follower's patience
-/// ends, so does the trial, and those that are left are not tried.
+/// reference for the `duration` over which its error counts, seconds. A deadline ends the trial,
+/// and those that are left are not tried.
 ///
 /// # Errors
-/// What the core refuses of the scene; [`Halt::Stopped`] where the follower ended it.
+/// What the core refuses of the scene; [`Halt::Cancelled`].
 pub fn retry(
     scene: &Scene,
     choices: &[Choice],
     (goal, duration, lasting): (Goal, f64, f64),
-    follower: &mut dyn Follower,
+    monitor: &mut dyn Monitor,
 ) -> Result<Elsewhere, Halt> {
     let (mut right, mut refused) = (None, Vec::new());
-    let follower = &mut Hurried::new(follower);
     for choice in choices {
-        let (now, done) = (format!("{choice} from the state of now"), refused.len());
-        follower.hear(Progress { now, done, methods: None, left: None });
+        let (now, done) = (format!("trying {choice} from the state of now"), refused.len());
+        monitor.report(Progress { done, ..Progress::of(now) });
         let wish = (goal, duration, lasting);
-        let tried = try_here((scene, &mut right), *choice, wish, follower);
-        match tried.map_err(|halt| follower.reason(halt)) {
+        match try_here((scene, &mut right), *choice, wish, monitor) {
             Ok(Ok(trial)) => return Ok(Elsewhere { held: Some(trial), refused }),
             Ok(Err(why)) => refused.push((*choice, why)),
-            Err(Halt::Late) => {
+            Err(Halt::Deadline) => {
                 refused.push((*choice, "the time was over before it could be told".into()));
                 break;
             }
@@ -59,9 +55,9 @@ fn try_here(
     (scene, right): (&Scene, &mut Option<Reference>),
     choice: Choice,
     (goal, duration, lasting): (Goal, f64, f64),
-    follower: &mut Hurried<'_>,
+    monitor: &mut dyn Monitor,
 ) -> Result<Result<Trial, String>, Halt> {
-    match unsound_by_leave(scene, choice, lasting, &mut || follower.goes_on()) {
+    match find_fault(scene, choice, lasting, monitor) {
         Err(Halt::Refused(error)) => return Ok(Err(error.to_string())),
         Err(halt) => return Err(halt),
         Ok(Some(why)) => return Ok(Err(why)),
@@ -76,13 +72,13 @@ fn try_here(
         Some(right) => right,
         None => {
             let uncertainty = (0.02 * wanted / size).clamp(1e-11, 1e-4);
-            let wish = follower.wish(duration, uncertainty);
-            right.insert(watched_reference(scene, wish, &mut |_| follower.goes_on())?)
+            let wish = hurried(duration, uncertainty, monitor);
+            right.insert(reference(scene, wish, monitor)?)
         }
     };
     let is_certain = matches!(goal, Goal::Budget(_)) || 0 < right.reliable(0.25 * wanted);
     let reliable = right.comparable(0.25 * wanted);
-    let trial = try_by_leave(scene, choice, (right, reliable), &mut || follower.goes_on())?;
+    let trial = try_choice(scene, choice, (right, reliable), monitor)?;
     Ok(match objection(goal, &trial, is_certain) {
         Some(why) => Err(why),
         None => Ok(trial),

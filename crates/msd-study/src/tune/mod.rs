@@ -7,12 +7,10 @@ mod elsewhere;
 mod spacing;
 
 use crate::candidates::choice::{Choice, FRAME, Fineness};
-use crate::candidates::ladder::{Ladder, ladders};
-use crate::measure::leave::{Halt, unstopped};
-use crate::measure::reference::{Reference, exact, frames_of, size_of};
-use crate::measure::trial::{Trial, time_by_leave, try_by_leave};
-use crate::study::conduct::{Follower, Listener, Progress};
-use crate::study::follower::Hurried;
+use crate::candidates::ladder::{Ladder, PREDICTION, ladders};
+use crate::measure::reference::{Reference, Wish, exact, frames_of, reference, size_of};
+use crate::measure::trial::{Trial, time_choice, try_choice};
+use crate::monitor::{Halt, Monitor, Progress, unless_refused};
 use crate::tune::slope::{is_coarsest, is_stuck, order, predict, scaled};
 use msd_core::{Error, Integrator, Scene};
 use msd_scene::Precision;
@@ -99,6 +97,8 @@ impl Tuned {
     }
 }
 
+/// The part of the time of a search after which its reference is not tightened further.
+const REFERENCE: f64 = 0.3;
 /// How much better than asked the search aims: what is left of the reference's own error must fit.
 const AIM: f64 = 0.8;
 /// A method is given up where another is as good at this part of its cost.
@@ -110,40 +110,25 @@ const TRIALS: usize = 8;
 /// How much over a budget a single timing may be for what is within it.
 const UNLUCKY: f64 = 1.3;
 
-/// Tunes a scene over some seconds. `tell` hears of each trial.
+/// Tunes a scene over some seconds. A search that the monitor ends returns the best by then.
 ///
 /// # Errors
-/// What the core refuses of the scene.
+/// What the core refuses of the scene; what [`Monitor::proceed`] returns before the end of the
+/// first trial.
 pub fn tune(
     scene: &Scene,
     duration: f64,
     goal: Goal,
-    tell: &mut dyn FnMut(Progress),
-) -> Result<Tuned, Error> {
-    unstopped(|_| tune_followed(scene, duration, goal, &mut Listener(tell)))
-}
-
-/// The same for one who follows, as long as that one goes on and is patient; what is wished for is
-/// not asked.
-///
-/// # Errors
-/// See [`tune`]; [`Halt::Stopped`] where the follower ended it, [`Halt::Late`] where patience did
-/// not last to the first trial.
-pub fn tune_followed(
-    scene: &Scene,
-    duration: f64,
-    goal: Goal,
-    follower: &mut dyn Follower,
+    monitor: &mut dyn Monitor,
 ) -> Result<Tuned, Halt> {
-    let follower = &mut Hurried::new(follower);
-    let tuned = tune_by(scene, (duration, 0.02), goal, follower)?;
+    let tuned = tune_by(scene, (duration, 0.02), goal, monitor)?;
     if tuned.met || tuned.is_cut_short || matches!(goal, Goal::Budget(_)) {
         return Ok(tuned);
     }
     // Dormand-Prince cannot be judged near the tolerance of its reference: a tighter one lets it
     // try what the first did not.
-    match tune_by(scene, (duration, 0.0002), goal, follower) {
-        Err(Halt::Late) => Ok(Tuned { is_cut_short: true, ..tuned }),
+    match tune_by(scene, (duration, 0.0002), goal, monitor) {
+        Err(Halt::Cancelled | Halt::Deadline) => Ok(Tuned { is_cut_short: true, ..tuned }),
         Ok(again) if again.met => Ok(again),
         Ok(again) => Ok(Tuned { is_cut_short: again.is_cut_short, ..tuned }),
         Err(halt) => Err(halt),
@@ -155,7 +140,7 @@ fn tune_by(
     scene: &Scene,
     (duration, part): (f64, f64),
     goal: Goal,
-    follower: &mut Hurried<'_>,
+    monitor: &mut dyn Monitor,
 ) -> Result<Tuned, Halt> {
     let size = size_of(scene)?;
     let wanted = match goal {
@@ -164,25 +149,36 @@ fn tune_by(
         Goal::Budget(_) => 1e-6 * size,
     };
     let uncertainty = (part * wanted / size).clamp(1e-11, 1e-4);
-    let wish = follower.wish(duration, uncertainty);
-    let right = follower.reference(scene, wish)?;
+    let wish = hurried(duration, uncertainty, monitor);
+    let right = reference(scene, wish, monitor)?;
     let (certain, reliable) = match goal {
         Goal::MaxError(error) => (0 < right.reliable(0.25 * error), right.comparable(0.25 * error)),
         Goal::Budget(_) => (true, right.comparable(2.0 * right.uncertainty())),
     };
-    follower.hear(Progress::of_prediction());
+    monitor.report(Progress::of(PREDICTION));
     let mut ladders = in_order_of_merit(ladders(scene)?);
     ladders.retain(|ladder| ladder.integrator.is_adaptive() || ladder.fewest.is_some());
     let (methods, found, seen) = ([0, ladders.len()], Vec::new(), Vec::new());
     let mut search = Search { scene, right: &right, reliable, goal, certain, methods, found, seen };
+    let mut ended = None;
     for ladder in ladders {
-        match search.climb(ladder, follower).map_err(|halt| follower.reason(halt)) {
-            Err(Halt::Late) => break,
-            climbed => climbed?,
+        match search.climb(ladder, monitor) {
+            Ok(()) => search.methods[0] += 1,
+            Err(Halt::Refused(error)) => return Err(error.into()),
+            Err(halt) => {
+                ended = Some(halt);
+                break;
+            }
         }
-        search.methods[0] += 1;
     }
-    search.decide(follower)
+    search.decide(ended, monitor)
+}
+
+/// What a search wants of its reference, which is not tightened further after a part of the time
+/// that the search may take.
+fn hurried(duration: f64, uncertainty: f64, monitor: &dyn Monitor) -> Wish {
+    let wish = Wish { duration, uncertainty, ..Wish::default() };
+    Wish { patience: wish.patience.min(REFERENCE * monitor.time_limit()), ..wish }
 }
 
 /// Ladders with what always arrives first and then what wins most often: the others can be given up
@@ -223,13 +219,13 @@ struct Search<'a> {
 impl Search<'_> {
     /// Looks for the best choice of one method and precision; what was tried before it was ended
     /// counts.
-    fn climb(&mut self, ladder: Ladder, follower: &mut Hurried<'_>) -> Result<(), Halt> {
+    fn climb(&mut self, ladder: Ladder, monitor: &mut dyn Monitor) -> Result<(), Halt> {
         let (mut trials, mut predicted) = (Vec::new(), Vec::new());
-        let tried = self.try_all(ladder, (&mut trials, &mut predicted), follower);
+        let tried = self.try_all(ladder, (&mut trials, &mut predicted), monitor);
         let rows = trials.into_iter().zip(predicted);
         if let Some((trial, predicted)) = rows.min_by(|a, b| self.compare(&a.0, &b.0)) {
             let predicted_error = match predicted {
-                None if tried.is_ok() => self.double(&trial, ladder, follower).unwrap_or_default(),
+                None if tried.is_ok() => self.double(&trial, ladder, monitor).unwrap_or_default(),
                 known => known,
             };
             self.found.push(Found { trial, predicted_error });
@@ -242,9 +238,9 @@ impl Search<'_> {
         &mut self,
         ladder: Ladder,
         (trials, predicted): (&mut Vec<Trial>, &mut Vec<Option<f64>>),
-        follower: &mut Hurried<'_>,
+        monitor: &mut dyn Monitor,
     ) -> Result<(), Halt> {
-        let Some(mut fineness) = self.start(&ladder, follower)? else { return Ok(()) };
+        let Some(mut fineness) = self.start(&ladder, monitor)? else { return Ok(()) };
         while trials.len() < TRIALS {
             if matches!(fineness, Fineness::Tolerance(t) if t < self.right.least_tolerance()) {
                 break;
@@ -254,9 +250,9 @@ impl Search<'_> {
                 break;
             }
             let (now, done) = (choice.to_string(), self.seen.len());
-            follower.hear(Progress { now, done, methods: Some(self.methods), left: None });
+            monitor.report(Progress { now, done, parts: Some(self.methods), left: None });
             // A precision that cannot hold the scene is no choice for it.
-            let Some(trial) = self.attempt(choice, follower)? else { break };
+            let Some(trial) = self.attempt(choice, monitor)? else { break };
             let error = if trial.is_sound() { trial.error() } else { f64::INFINITY };
             self.seen.push((trial.cost, error));
             predicted.push(predict(trials, fineness, ladder));
@@ -268,13 +264,12 @@ impl Search<'_> {
     }
 
     /// Tries a choice; `None` where the core refuses it.
-    fn attempt(&self, choice: Choice, follower: &mut Hurried<'_>) -> Result<Option<Trial>, Halt> {
-        let right = (self.right, self.reliable);
-        unless_refused(try_by_leave(self.scene, choice, right, &mut || follower.goes_on()))
+    fn attempt(&self, choice: Choice, monitor: &mut dyn Monitor) -> Result<Option<Trial>, Halt> {
+        unless_refused(try_choice(self.scene, choice, (self.right, self.reliable), monitor))
     }
 
     /// The coarsest fineness that is worth a trial.
-    fn start(&self, ladder: &Ladder, follower: &mut Hurried<'_>) -> Result<Option<Fineness>, Halt> {
+    fn start(&self, ladder: &Ladder, monitor: &mut dyn Monitor) -> Result<Option<Fineness>, Halt> {
         if ladder.integrator.is_adaptive() {
             let tolerance = match self.goal {
                 Goal::MaxError(error) => error / self.right.size,
@@ -289,7 +284,7 @@ impl Search<'_> {
         // As fine as the budget allows, from what a few frames of the coarsest cost.
         let frames = frames_of(self.right.duration()).min(6);
         let coarsest = ladder.choice(Fineness::Substeps(fewest));
-        let cost = time_by_leave(self.scene, coarsest, frames, &mut || follower.goes_on());
+        let cost = time_choice(self.scene, coarsest, frames, monitor);
         let Some(cost) = unless_refused(cost)? else { return Ok(None) };
         // What takes much longer than the reference is below its uncertainty: nothing to choose by.
         let patience = (2.0 * self.right.seconds).max(0.5) / self.right.duration();
@@ -378,15 +373,16 @@ impl Search<'_> {
         &self,
         first: &Trial,
         ladder: Ladder,
-        follower: &mut Hurried<'_>,
+        monitor: &mut dyn Monitor,
     ) -> Result<Option<f64>, Halt> {
         let finer = ladder.choice(scaled(first.choice.fineness, 2.0, ladder));
-        let finer = self.attempt(finer, follower)?;
+        let finer = self.attempt(finer, monitor)?;
         Ok(finer.and_then(|finer| predict(&[finer], first.choice.fineness, ladder)))
     }
 
-    /// Times the best of all ladders again, in turn, and chooses.
-    fn decide(mut self, follower: &mut Hurried<'_>) -> Result<Tuned, Halt> {
+    /// Times the best of all ladders again, in turn, and chooses; `ended` is why the search ended
+    /// before the last ladder, if it did.
+    fn decide(mut self, ended: Option<Halt>, monitor: &mut dyn Monitor) -> Result<Tuned, Halt> {
         let frames = frames_of(self.right.duration());
         // In a budget what missed it by a little may have been unlucky.
         let good = |row: &usize| {
@@ -402,21 +398,19 @@ impl Search<'_> {
         for row in good.iter().cycle().take(rounds * good.len()) {
             let trial = &mut self.found[*row].trial;
             if trial.cost < 3.0 * least || matches!(self.goal, Goal::Budget(_)) {
-                let leave = &mut || follower.goes_on();
-                let again = time_by_leave(self.scene, trial.choice, frames, leave);
-                match again.map_err(|halt| follower.reason(halt)) {
-                    Err(Halt::Late) => break,
+                match time_choice(self.scene, trial.choice, frames, monitor) {
+                    Err(Halt::Cancelled | Halt::Deadline) => break,
                     again => trial.cost = trial.cost.min(again?),
                 }
             }
         }
-        let is_cut_short = self.methods[0] < self.methods[1];
+        let is_cut_short = ended.is_some();
         let mut found = std::mem::take(&mut self.found);
         found.sort_by(|a, b| self.compare(&a.trial, &b.trial));
         found.retain(|found| found.trial.errors.is_some());
         let mut found = found.into_iter();
         let Some(best) = found.next() else {
-            return Err(if is_cut_short { Halt::Late } else { nothing_runs(self.scene).into() });
+            return Err(ended.unwrap_or_else(|| nothing_runs(self.scene).into()));
         };
         let reliable = self.reliable.min(self.right.frames.len());
         let moved = self.right.moved[..reliable].iter().copied();
@@ -433,15 +427,6 @@ impl Search<'_> {
             tried: self.seen.len(),
             is_cut_short,
         })
-    }
-}
-
-/// What was found; `None` where the core refused it.
-fn unless_refused<T>(found: Result<T, Halt>) -> Result<Option<T>, Halt> {
-    match found {
-        Ok(found) => Ok(Some(found)),
-        Err(Halt::Refused(_)) => Ok(None),
-        Err(halt) => Err(halt),
     }
 }
 

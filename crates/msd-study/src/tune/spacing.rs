@@ -3,7 +3,8 @@
 use crate::candidates::choice::Choice;
 use crate::measure::errors::rms_between;
 use crate::measure::trial::state;
-use crate::space::{Space, SpacePlan, Track, Verdict, halve, picked};
+use crate::monitor::{Halt, Monitor, Progress};
+use crate::space::{Space, SpacePlan, Track, Verdict, halve, of_file, picked};
 use crate::tune::{Goal, Tuned, tune};
 use msd_core::{Error, Scene};
 use msd_run::Runner;
@@ -55,18 +56,18 @@ impl FoundSpacing {
     }
 }
 
-/// Tunes a scene to an error against the limit of ever finer spacings. `tell` hears what is being
-/// done.
+/// Tunes a scene to an error against the limit of ever finer spacings.
 ///
 /// # Errors
-/// A body that has no spacing; what the core refuses of the scene.
+/// A body that has no spacing; what the core refuses of the scene; what [`Monitor::proceed`]
+/// returns.
 pub fn tune_spacing(
     draft: &Draft,
     plan: SpacePlan,
     wanted: f64,
-    tell: &mut dyn FnMut(&str),
-) -> Result<TunedSpacing, FileError> {
-    let ran = halve(draft, plan, tell)?;
+    monitor: &mut dyn Monitor,
+) -> Result<TunedSpacing, Halt<FileError>> {
+    let ran = halve(draft, plan, monitor)?;
     let space = ran.space.clone();
     let (doubt, is_bound) = doubt(&space);
     let mut result = TunedSpacing { wanted, space, doubt, found: None };
@@ -74,7 +75,6 @@ pub fn tune_spacing(
         return Ok(result);
     };
     let frames = &ran.reference.frames[..samples];
-    let refused = |error| FileError::Core { file: draft.name.clone(), source: Box::new(error) };
     let coarse = draft.load(&draft.source()?)?.scene;
     for (row, spacing) in result.space.spacings.clone().into_iter().enumerate() {
         let Some(space_error) = spacing.error else { continue };
@@ -87,13 +87,13 @@ pub fn tune_spacing(
         let common = ran.finer[row.saturating_sub(1)].common.iter();
         let points: Vec<usize> = common.map(|pair| pair[usize::from(finer.is_some())]).collect();
         let goal = Goal::MaxError(left);
-        let at = format!("at 1/{} of the spacing", spacing.parts);
-        let tuned = tune(scene, result.space.duration, goal, &mut |progress| {
-            tell(&format!("{at}: {}", progress.now));
-        });
-        let tuned = tuned.map_err(refused)?;
+        let now = format!("tuning at 1/{} of the spacing", spacing.parts);
+        monitor.report(Progress::of(now));
+        let tuned = tune(scene, result.space.duration, goal, monitor);
+        let tuned = tuned.map_err(|halt| of_file(draft, halt))?;
         let choice = tuned.best.trial.choice;
-        let verified = distance((scene, &points), choice, (frames, &limit)).map_err(refused)?;
+        let verified = distance((scene, &points), choice, (frames, &limit));
+        let verified = verified.map_err(|error| of_file(draft, error))?;
         let rows = finer.map(|finer| finer.rows.clone());
         let parts = spacing.parts;
         let found = FoundSpacing { parts, rows, space_error, tuned, verified };

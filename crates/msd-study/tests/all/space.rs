@@ -74,7 +74,7 @@ fn off(positions: &[DVec3], parts: usize, time: f64) -> f64 {
 
 fn found(cells: usize) -> Space {
     let plan = SpacePlan { duration: DURATION, ..SpacePlan::default() };
-    space(&draft(&bar(cells, "")), plan, &mut |_| {}).unwrap()
+    space(&draft(&bar(cells, "")), plan, &mut ()).unwrap()
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn the_error_of_space_of_a_hanging_bar_is_that_of_the_closed_form() {
     let scene =
         msd_scene::parse(&bar(CELLS, ""), msd_scene::SceneFormat::Toml, "bar").unwrap().scene;
     let wish = Wish { duration: DURATION, ..Wish::default() };
-    let right = make_reference(&scene, wish).unwrap();
+    let right = make_reference(&scene, wish, &mut ()).unwrap();
     let rows = right.frames.iter().zip(&right.states);
     let errors = rows.map(|(&frame, state)| off(&state.positions, 1, frame as f64 / 60.0));
     let truth = errors.fold(0.0, f64::max);
@@ -105,7 +105,7 @@ fn the_error_of_space_of_a_hanging_bar_is_that_of_the_closed_form() {
 #[test]
 fn without_the_time_for_a_finer_spacing_it_says_so() {
     let plan = SpacePlan { duration: 0.4, budget: 1e-9, ..SpacePlan::default() };
-    let space = space(&draft(&bar(7, "")), plan, &mut |_| {}).unwrap();
+    let space = space(&draft(&bar(7, "")), plan, &mut ()).unwrap();
     assert_eq!(space.verdict, Verdict::Untold);
     assert!(
         space.words().contains("is not known: 1/2 of the spacing takes about"),
@@ -118,9 +118,9 @@ fn advice(text: &str, duration: f64) -> (String, msd_study::Study) {
     let draft = draft(text);
     let loaded = draft.load(&draft.source().unwrap()).unwrap();
     let plan = Plan { duration, budget: 5.0, fresh: true, ..Plan::default() };
-    let mut studied = study(&loaded, plan, &mut |_| {}).unwrap();
+    let mut studied = study(&loaded, plan, &mut ()).unwrap().0;
     let plan = Plan { budget: 60.0, ..plan };
-    add_space(&mut studied, &draft, plan, &mut |_| {}).unwrap();
+    add_space(&mut studied, &draft, plan, &mut ()).unwrap();
     let balance = studied.balance.clone().unwrap();
     println!("{}\n{}", balance.advice, studied.space_line());
     (balance.advice, studied)
@@ -132,7 +132,7 @@ fn a_block_that_falls_freely_loses_nothing_by_its_spacing() {
     let text = "version = 1\n[solver]\nprecision = 'f64'\n[[bodies]]\nkind = 'block'\n\
                 size = [2, 5, 2]\nspacing = 0.1\nyoung = 1e5\ndensity = 1000\n";
     let plan = SpacePlan { duration: 0.25, ..SpacePlan::default() };
-    let space = space(&draft(text), plan, &mut |_| {}).unwrap();
+    let space = space(&draft(text), plan, &mut ()).unwrap();
     let Verdict::Below { error } = space.verdict else { panic!("{:?}", space.verdict) };
     // Of a fall of 0.3 m.
     assert!(error < 1e-6, "{error}");
@@ -172,7 +172,7 @@ fn tuning_keeps_the_sum_of_the_errors_within_the_goal() {
     let plan = SpacePlan { duration: DURATION, ..SpacePlan::default() };
     for (goal, parts) in [(2.0, 1), (0.5, 2), (0.2, 4), (1e-3, 0)] {
         let wanted = goal * own;
-        let tuned = tune_spacing(&draft, plan, wanted, &mut |_| {}).unwrap();
+        let tuned = tune_spacing(&draft, plan, wanted, &mut ()).unwrap();
         let Some(best) = &tuned.found else {
             assert_eq!(parts, 0, "{:?}", tuned.space);
             continue;

@@ -7,16 +7,15 @@ use msd_core::{
 };
 use msd_run::Runner;
 use msd_scene::{Loaded, Precision};
-use msd_study::Study;
 use msd_study::choice::{Choice, FRAME, Fineness};
-use msd_study::conduct::{Course, Follower, Plan, Progress, study};
+use msd_study::conduct::{Course, Plan, study};
 use msd_study::errors::{Errors, rms_distance};
-use msd_study::leave::Halt;
 use msd_study::live_error::{Estimator, calibrate};
+use msd_study::monitor::{Deadline, Halt, Monitor, Progress};
 use msd_study::quantity::rounded;
 use msd_study::reference::{Wish, make_reference};
 use msd_study::trial::{Trial, try_choice};
-use msd_study::tune::{Goal, retry, tune, tune_followed};
+use msd_study::tune::{Goal, retry, tune};
 use msd_study::words::words;
 
 fn weightless() -> World {
@@ -49,7 +48,7 @@ fn cloth() -> Loaded {
 fn the_reference_is_the_closed_form_within_its_own_uncertainty() {
     let (k, b, a) = (300.0, 4.0, 0.2);
     let wish = Wish { uncertainty: 1e-9, ..Wish::default() };
-    let reference = make_reference(&two_masses(k, b, a), wish).unwrap();
+    let reference = make_reference(&two_masses(k, b, a), wish, &mut ()).unwrap();
     assert!(reference.uncertainty() <= 1e-9 * reference.size);
     // Relative motion: m/2 y'' + b y' + k y = 0, from y = a at rest.
     let (decay, w2) = (b, 2.0 * k);
@@ -69,7 +68,8 @@ fn free_fall_has_a_reference_in_closed_form() {
     scene.springs.clear();
     scene.world = World::default();
     scene.particles[1].velocity = DVec3::new(1.0, 2.0, 3.0);
-    let reference = make_reference(&scene, Wish { duration: 2.0, ..Wish::default() }).unwrap();
+    let reference =
+        make_reference(&scene, Wish { duration: 2.0, ..Wish::default() }, &mut ()).unwrap();
     assert_eq!((reference.tolerance, reference.uncertainty()), (0.0, 0.0));
     let last = reference.states.last().unwrap();
     assert!((last.positions[0].y + 0.5 * 9.82 * 4.0).abs() < 1e-12);
@@ -98,7 +98,7 @@ fn sheets() -> Scene {
 fn where_shells_meet_a_finer_run_confirms_the_reference() {
     let scene = sheets();
     let wish = Wish { duration: 0.3, uncertainty: 1e-4, patience: 10.0 };
-    let reference = make_reference(&scene, wish).unwrap();
+    let reference = make_reference(&scene, wish, &mut ()).unwrap();
     let substeps = 4 * reference.substeps;
     let fineness = Fineness::Substeps(substeps);
     let finer = Choice { integrator: Integrator::Rk4, fineness, precision: Precision::F64 };
@@ -111,7 +111,7 @@ fn where_shells_meet_a_finer_run_confirms_the_reference() {
 
 #[test]
 fn tuning_chooses_among_the_methods_that_let_shells_meet() {
-    let tuned = tune(&sheets(), 0.3, Goal::MaxError(1e-3), &mut |_| {}).unwrap();
+    let tuned = tune(&sheets(), 0.3, Goal::MaxError(1e-3), &mut ()).unwrap();
     let Trial { choice, .. } = tuned.best.trial;
     assert!(tuned.met && choice.integrator.lets_shells_meet(), "{choice}");
     assert!(tuned.uncertainty <= 1e-4, "{} m", tuned.uncertainty);
@@ -129,13 +129,13 @@ fn a_tower_that_falls_is_told_to_be_unpredictable_and_a_pendulum_is_not() {
     let pins = vec![Pin { particle: 0, velocity: DVec3::ZERO }];
     let tower = Scene { pins, ..Scene::of("tower", part) };
     let wish = Wish { duration: 1.5, uncertainty: 1e-9, ..Wish::default() };
-    let reference = make_reference(&tower, wish).unwrap();
+    let reference = make_reference(&tower, wish, &mut ()).unwrap();
     let grown = reference.grown.last().unwrap() / (1e-12 * reference.size);
     assert!(1e3 < grown, "grew {grown:.1e} times");
     let (early, late) = (reference.grown[5], *reference.grown.last().unwrap());
     assert!(reference.horizon(0.5 * (early + late)).is_some());
     assert!(reference.reliable(0.5 * (early + late)) < reference.frames.len());
-    let calm = make_reference(&two_masses(10.0, 1.0, 0.1), wish).unwrap();
+    let calm = make_reference(&two_masses(10.0, 1.0, 0.1), wish, &mut ()).unwrap();
     assert_eq!(calm.horizon(1e-6), None);
 }
 
@@ -143,7 +143,7 @@ fn a_tower_that_falls_is_told_to_be_unpredictable_and_a_pendulum_is_not() {
 fn errors_shrink_at_the_order_of_the_method() {
     let scene = cloth().scene;
     let wish = Wish { duration: 0.5, uncertainty: 1e-12, ..Wish::default() };
-    let right = make_reference(&scene, wish).unwrap();
+    let right = make_reference(&scene, wish, &mut ()).unwrap();
     let precision = Precision::F64;
     for (integrator, substeps) in [
         (Integrator::SymplecticEuler, 64),
@@ -153,7 +153,7 @@ fn errors_shrink_at_the_order_of_the_method() {
     ] {
         let error = |substeps| {
             let choice = Choice { integrator, fineness: Fineness::Substeps(substeps), precision };
-            try_choice(&scene, choice, &right, right.frames.len()).unwrap().error()
+            try_choice(&scene, choice, (&right, right.frames.len()), &mut ()).unwrap().error()
         };
         let order = (error(substeps) / error(2 * substeps)).log2();
         // The next term is a fraction of about h w of the leading one: w = 60, h w < 0.3.
@@ -165,13 +165,14 @@ fn errors_shrink_at_the_order_of_the_method() {
 fn tuning_delivers_what_is_asked_and_no_coarser_choice_would() {
     let scene = cloth().scene;
     let tight = Wish { duration: 0.5, uncertainty: 1e-10, ..Wish::default() };
-    let right = make_reference(&scene, tight).unwrap();
+    let right = make_reference(&scene, tight, &mut ()).unwrap();
     for fraction in [1e-2, 1e-4, 1e-6] {
         let asked = fraction * right.size;
-        let tuned = tune(&scene, 0.5, Goal::MaxError(asked), &mut |_| {}).unwrap();
+        let tuned = tune(&scene, 0.5, Goal::MaxError(asked), &mut ()).unwrap();
         assert!(tuned.met);
         let choice = tuned.best.trial.choice;
-        let delivered = try_choice(&scene, choice, &right, right.frames.len()).unwrap().error();
+        let delivered =
+            try_choice(&scene, choice, (&right, right.frames.len()), &mut ()).unwrap().error();
         assert!(delivered <= asked, "{choice}: {delivered:.1e} of {asked:.1e}");
         // Predicted from another trial of the same method, by its order: a factor, not a digit.
         let ratio = tuned.best.predicted_error.unwrap() / delivered;
@@ -179,7 +180,7 @@ fn tuning_delivers_what_is_asked_and_no_coarser_choice_would() {
         if let (Fineness::Substeps(substeps), true) = (choice.fineness, fraction < 1e-3) {
             // A choice of half the substeps would do if the search had not looked for the coarsest.
             let coarse = Choice { fineness: Fineness::Substeps((substeps / 2).max(1)), ..choice };
-            let coarse = try_choice(&scene, coarse, &right, right.frames.len()).unwrap();
+            let coarse = try_choice(&scene, coarse, (&right, right.frames.len()), &mut ()).unwrap();
             assert!(asked < coarse.error() || substeps == 1, "{choice} is finer than needed");
         }
     }
@@ -195,15 +196,15 @@ const LOOSE: Choice = Choice {
 #[test]
 fn a_source_of_energy_is_measured_and_is_no_choice_however_near_it_is() {
     let scene = msd_scene::open("jelly").unwrap().scene;
-    let right = make_reference(&scene, Wish::default()).unwrap();
-    let loose = try_choice(&scene, LOOSE, &right, 1).unwrap();
+    let right = make_reference(&scene, Wish::default(), &mut ()).unwrap();
+    let loose = try_choice(&scene, LOOSE, (&right, 1), &mut ()).unwrap();
     // All that moves is some tens of kilojoules: the drift detector of `msd run` warns, too.
     assert!(0.0 < loose.gained && loose.errors.is_some(), "{}", loose.gained);
     assert!(!loose.is_sound() && !loose.is_within(1e9));
     let fine = Choice { fineness: Fineness::Tolerance(1e-6), ..LOOSE };
-    let fine = try_choice(&scene, fine, &right, 1).unwrap();
+    let fine = try_choice(&scene, fine, (&right, 1), &mut ()).unwrap();
     assert!(fine.is_sound() && fine.gained == 0.0, "{}", fine.gained);
-    let mut studied = study(&cloth(), quick(), &mut |_| {}).unwrap();
+    let mut studied = study(&cloth(), quick(), &mut ()).unwrap().0;
     // As near as can be and cheaper than all others: only what it adds speaks against it.
     let best = Trial { cost: 1e-12, errors: Some(Errors::default()), ..loose };
     studied.trials.push(best);
@@ -222,48 +223,41 @@ fn quick() -> Plan {
 #[test]
 fn what_was_found_is_passed_over_where_it_adds_energy_from_another_state() {
     let scene = msd_scene::open("jelly").unwrap().scene;
-    let right = make_reference(&scene, Wish { duration: 0.2, ..Wish::default() }).unwrap();
+    let right = make_reference(&scene, Wish { duration: 0.2, ..Wish::default() }, &mut ()).unwrap();
     // The first fifth of a second is free fall: nothing speaks against it there.
-    let loose = try_choice(&scene, LOOSE, &right, right.frames.len()).unwrap();
+    let loose = try_choice(&scene, LOOSE, (&right, right.frames.len()), &mut ()).unwrap();
     assert!(loose.is_within(0.3), "{} m off, {} J", loose.error(), loose.gained);
     let verlet = Integrator::VelocityVerlet;
     let choice = Choice { integrator: verlet, fineness: Fineness::Substeps(16), ..LOOSE };
-    let sound = try_choice(&scene, choice, &right, right.frames.len()).unwrap();
+    let sound = try_choice(&scene, choice, (&right, right.frames.len()), &mut ()).unwrap();
     assert!(sound.is_within(0.3), "{} m off, {} J", sound.error(), sound.gained);
     let mut run = Runner::new(&scene, choice.settings(), Precision::F64).unwrap();
     (0..60).for_each(|_| run.step().unwrap());
     let here = run.progress().0;
     let wish = (Goal::MaxError(0.3), 0.2, 2.0);
-    let elsewhere = retry(&here, &[LOOSE, choice], wish, &mut Follows).unwrap();
+    let elsewhere = retry(&here, &[LOOSE, choice], wish, &mut ()).unwrap();
     assert_eq!(elsewhere.held.map(|trial| trial.choice), Some(choice));
     let [(refused, why)] = &elsewhere.refused[..] else { panic!("{:?}", elsewhere.refused) };
     assert_eq!(*refused, LOOSE);
     assert!(why.contains("adds ") && why.contains("J that nothing supplied"), "{why}");
     // One that is not as near as asked from there is passed over as well.
     let wish = (Goal::MaxError(1e-9), 0.2, 2.0);
-    let elsewhere = retry(&here, &[choice], wish, &mut Follows).unwrap();
+    let elsewhere = retry(&here, &[choice], wish, &mut ()).unwrap();
     assert!(elsewhere.held.is_none() && elsewhere.refused.len() == 1, "{elsewhere:?}");
 }
 
-/// One who lets it go on.
-struct Follows;
-
-impl Follower for Follows {
-    fn hear(&mut self, _: Progress) {}
-}
-
-/// One whose patience ends with a trial.
+/// One whose deadline is in a trial.
 struct Impatient {
     left: usize,
 }
 
-impl Follower for Impatient {
-    fn hear(&mut self, progress: Progress) {
-        self.left = self.left.saturating_sub(usize::from(progress.methods.is_some()));
+impl Monitor for Impatient {
+    fn report(&mut self, progress: Progress) {
+        self.left = self.left.saturating_sub(usize::from(progress.parts.is_some()));
     }
 
-    fn patience(&self) -> f64 {
-        if self.left == 0 { 0.0 } else { f64::INFINITY }
+    fn proceed(&mut self) -> Result<(), Halt> {
+        if self.left == 0 { Err(Halt::Deadline) } else { Ok(()) }
     }
 }
 
@@ -271,13 +265,13 @@ impl Follower for Impatient {
 fn a_search_whose_time_is_over_takes_the_best_so_far_or_says_that_there_is_none() {
     let scene = cloth().scene;
     let goal = Goal::MaxError(1e-3);
-    let search = |left| tune_followed(&scene, 0.2, goal, &mut Impatient { left });
-    let whole = tune(&scene, 0.2, goal, &mut |_| {}).unwrap();
+    let search = |left| tune(&scene, 0.2, goal, &mut Impatient { left });
+    let whole = tune(&scene, 0.2, goal, &mut ()).unwrap();
     let short = search(6).unwrap();
     assert!(short.is_cut_short && !whole.is_cut_short);
     assert_eq!(short.tried, 5, "the sixth was not ended");
     assert!(short.met && goal.is_met_by(&short.best.trial), "{short:?}");
-    assert_eq!(search(0).unwrap_err(), Halt::Late, "before there is a reference");
+    assert_eq!(search(0).unwrap_err(), Halt::Deadline, "before there is a reference");
     // Nor is there one to try what was found by from elsewhere.
     let wish = (goal, 0.2, 2.0);
     let choices = [short.best.trial.choice; 2];
@@ -297,38 +291,23 @@ fn unknown() -> Loaded {
 #[test]
 fn a_study_whose_reference_takes_too_long_says_so() {
     let begun = Course::begin(unknown(), quick(), &mut Impatient { left: 0 });
-    assert_eq!(begun.err(), Some(Halt::Late));
-    // One that is patient enough for it makes its trials without a bound.
-    struct Once(bool);
-    impl Follower for Once {
-        fn hear(&mut self, progress: Progress) {
-            self.0 |= progress.left.is_some();
-        }
-
-        fn patience(&self) -> f64 {
-            if self.0 { 0.0 } else { f64::INFINITY }
-        }
-    }
-    let follower = &mut Once(false);
-    let mut course = Course::begin(cloth(), quick(), follower).unwrap();
-    assert!(course.advance(follower).unwrap() && course.advance(follower).unwrap());
-    assert!(follower.0, "no trial was told");
+    assert_eq!(begun.err(), Some(Halt::Deadline));
+    // A closure has none, unless one is set; a pause does not count.
+    let mut slow = |_: Progress| ();
+    let begun = Course::begin(unknown(), quick(), &mut Deadline::new(&mut slow, 0.0));
+    assert_eq!(begun.err(), Some(Halt::Deadline));
 }
 
 #[test]
 fn how_far_a_reference_is_is_told_run_by_run() {
-    /// How far the reference is, in words.
-    struct Hears(Vec<String>);
-    impl Follower for Hears {
-        fn hear(&mut self, progress: Progress) {
-            self.0.extend(progress.now.strip_prefix("making the reference: ").map(str::to_owned));
-        }
-    }
-    let mut heard = Hears(Vec::new());
-    Course::begin(unknown(), quick(), &mut heard).unwrap();
+    let mut heard: Vec<String> = Vec::new();
+    let mut hear = |progress: Progress| {
+        heard.extend(progress.now.strip_prefix("making the reference: ").map(str::to_owned));
+    };
+    Course::begin(unknown(), quick(), &mut hear).unwrap();
     let frames = (quick().duration * 60.0).round() as usize;
-    assert!(3 * frames <= heard.0.len() && heard.0.len().is_multiple_of(frames), "{:?}", heard.0);
-    for (row, words) in heard.0.iter().enumerate() {
+    assert!(3 * frames <= heard.len() && heard.len().is_multiple_of(frames), "{:?}", heard);
+    for (row, words) in heard.iter().enumerate() {
         let (run, time) = (row / frames + 1, (row % frames) as f64 / 60.0);
         let (all, time) = (run.max(3), rounded(time, 2));
         let expected = format!("run {run} of {all} at least, {time} s of ");
@@ -339,8 +318,8 @@ fn how_far_a_reference_is_is_told_run_by_run() {
 #[test]
 fn how_many_methods_are_done_is_told_of_all_there_are() {
     let mut heard = Vec::new();
-    tune(&cloth().scene, 0.2, Goal::MaxError(1e-3), &mut |now| heard.push(now)).unwrap();
-    let methods: Vec<_> = heard.iter().filter_map(|now| now.methods).collect();
+    tune(&cloth().scene, 0.2, Goal::MaxError(1e-3), &mut |now: Progress| heard.push(now)).unwrap();
+    let methods: Vec<_> = heard.iter().filter_map(|now| now.parts).collect();
     // Eight methods in two precisions each, the cloth being damped.
     assert!(methods.iter().all(|&[done, all]| done < all && all == 16), "{methods:?}");
     assert!(methods.is_sorted() && 8 < methods[methods.len() - 1][0], "{methods:?}");
@@ -352,16 +331,16 @@ fn how_many_methods_are_done_is_told_of_all_there_are() {
         last.words()
     );
     let mut heard = Vec::new();
-    study(&cloth(), quick(), &mut |now| heard.push(now)).unwrap();
-    let methods: Vec<_> = heard.iter().filter_map(|now| now.methods).collect();
+    study(&cloth(), quick(), &mut |now: Progress| heard.push(now)).unwrap();
+    let methods: Vec<_> = heard.iter().filter_map(|now| now.parts).collect();
     assert!(methods.is_sorted() && methods.iter().all(|&[done, all]| done < all && all == 16));
 }
 
 #[test]
 fn tuning_says_so_when_nothing_meets_the_wish() {
     let scene = cloth().scene;
-    assert!(!tune(&scene, 0.2, Goal::Budget(1e-12), &mut |_| {}).unwrap().met);
-    let tuned = tune(&scene, 0.2, Goal::MaxError(1e-30), &mut |_| {}).unwrap();
+    assert!(!tune(&scene, 0.2, Goal::Budget(1e-12), &mut ()).unwrap().met);
+    let tuned = tune(&scene, 0.2, Goal::MaxError(1e-30), &mut ()).unwrap();
     assert!(!tuned.met);
     assert!(tuned.best.trial.error() < 1e-3);
 }
@@ -369,7 +348,7 @@ fn tuning_says_so_when_nothing_meets_the_wish() {
 #[test]
 fn a_study_has_a_front_that_falls_and_words_that_name_its_choice() {
     let plan = Plan { duration: 0.3, budget: 3.0, fresh: true, ..Plan::default() };
-    let studied = study(&cloth(), plan, &mut |_| {}).unwrap();
+    let studied = study(&cloth(), plan, &mut ()).unwrap().0;
     let front: Vec<_> = studied.front().into_iter().map(|row| &studied.trials[row]).collect();
     assert!(1 < front.len());
     for pair in front.windows(2) {
@@ -432,50 +411,27 @@ fn contact_leaves_the_reference_certain_and_penetration_is_measured() {
     let floor = Plane { normal: DVec3::Y, offset: 0.0, restitution: 0.5, friction };
     let scene = Scene { planes: vec![floor], ..Scene::of("block", part) };
     let wish = Wish { uncertainty: 1e-6, ..Wish::default() };
-    let right = make_reference(&scene, wish).unwrap();
+    let right = make_reference(&scene, wish, &mut ()).unwrap();
     assert!(right.uncertainty() < 1e-4 * right.size, "{:.1e}", right.uncertainty());
     let lowest = right.states.iter().flat_map(|state| &state.positions).map(|x| x.y);
     assert!(-1e-9 <= lowest.fold(f64::MAX, f64::min), "the reference stays out of the floor");
 }
 
-/// One who follows a study for so many trials, and then wishes for a choice once.
-struct Guest {
-    seen: Vec<usize>,
-    leaves_after: usize,
-    wish: Option<Choice>,
-    granted: bool,
-}
+/// One who cancels a study after so many trials.
+struct Guest(usize);
 
-impl Follower for Guest {
-    fn hear(&mut self, _: Progress) {}
-
-    fn see(&mut self, study: &Study) {
-        self.seen.push(study.trials.len());
-        let wish = self.wish;
-        self.granted |= study.trials.iter().any(|trial| Some(trial.choice) == wish);
+impl Monitor for Guest {
+    fn report(&mut self, progress: Progress) {
+        self.0 = if progress.done < self.0 { self.0 } else { 0 };
     }
 
-    fn goes_on(&mut self) -> bool {
-        self.seen.last().is_none_or(|&seen| seen < self.leaves_after)
-    }
-
-    fn wish(&mut self, idle: bool) -> Option<Choice> {
-        self.wish.filter(|_| !self.granted && (idle || 2 < self.seen.len()))
-    }
-}
-
-/// Goes on until nothing is left to do and nothing is wished for.
-fn follow(plan: Plan, guest: &mut Guest) -> Result<(), Halt> {
-    let mut course = Course::begin(cloth(), plan, guest)?;
-    loop {
-        while course.advance(guest)? {}
-        let Some(choice) = guest.wish(true) else { return Ok(()) };
-        course.grant(choice, guest)?;
+    fn proceed(&mut self) -> Result<(), Halt> {
+        if self.0 == 0 { Err(Halt::Cancelled) } else { Ok(()) }
     }
 }
 
 #[test]
-fn a_study_shows_each_point_as_it_is_made_grants_wishes_and_stops_when_told() {
+fn a_study_has_each_point_as_it_is_made_grants_wishes_and_stops_when_cancelled() {
     let plan = Plan { duration: 0.1, budget: 0.5, fresh: true, ..Plan::default() };
     // Seven is on no ladder.
     let wish = Choice {
@@ -483,12 +439,25 @@ fn a_study_shows_each_point_as_it_is_made_grants_wishes_and_stops_when_told() {
         fineness: Fineness::Substeps(7),
         precision: Precision::F64,
     };
-    let mut guest =
-        Guest { seen: Vec::new(), leaves_after: usize::MAX, wish: Some(wish), granted: false };
-    follow(plan, &mut guest).unwrap();
-    assert!(guest.granted && guest.seen.windows(2).all(|pair| pair[1] <= pair[0] + 1));
-    assert_eq!((guest.seen[0], guest.seen[1]), (0, 1));
-    let mut hasty = Guest { leaves_after: 5, wish: None, seen: Vec::new(), granted: false };
-    assert_eq!(follow(plan, &mut hasty), Err(Halt::Stopped));
-    assert_eq!(hasty.seen.last(), Some(&5));
+    let mut course = Course::begin(cloth(), plan, &mut ()).unwrap();
+    let mut trials = 0;
+    while course.advance(&mut ()).unwrap() {
+        assert!(course.study().trials.len() <= trials + 1);
+        trials = course.study().trials.len();
+        if trials == 3 {
+            course.grant(wish, &mut ()).unwrap();
+            trials = course.study().trials.len();
+            assert_eq!((trials, course.study().trials[3].choice), (4, wish));
+        }
+    }
+    course.grant(wish, &mut ()).unwrap();
+    assert!(4 < trials && course.study().trials.len() == trials, "tried once");
+    let mut guest = Guest(5);
+    let mut course = Course::begin(cloth(), plan, &mut guest).unwrap();
+    let halt = loop {
+        if let Err(halt) = course.advance(&mut guest) {
+            break halt;
+        }
+    };
+    assert_eq!((halt, course.study().trials.len()), (Halt::Cancelled, 5));
 }

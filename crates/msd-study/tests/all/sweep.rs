@@ -2,10 +2,10 @@
 
 use msd_run::Runner;
 use msd_scene::FileError;
-use msd_study::sweep::{Column, Datum, Event, Kind, Store, Summary, Sweep, Table, TableFormat};
+use msd_study::monitor::{Halt, Monitor, Progress};
+use msd_study::sweep::{Column, Datum, Kind, Store, Summary, Sweep, Table, TableFormat};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
 use tempfile::TempDir;
 
 fn folder() -> TempDir {
@@ -42,7 +42,7 @@ fn words(sweep: &Sweep) -> Vec<String> {
 }
 
 fn run(sweep: &Sweep, store: &Store, jobs: usize) -> Summary {
-    msd_study::sweep::run(sweep, store, (0..sweep.len(), jobs), (&|_| {}, &|| true)).expect("a run")
+    msd_study::sweep::run(sweep, store, (0..sweep.len(), jobs), &mut ()).expect("a run")
 }
 
 fn files(folder: &Path) -> Vec<PathBuf> {
@@ -342,8 +342,7 @@ fn what_is_done_is_not_run_again_and_what_is_broken_is() {
     let sweep = chain(folder.path(), "'solver.substeps' = [1, 2, 3, 4]");
     let store = Store::of(&sweep, None);
     assert_eq!(store.folder(), folder.path().join("sweep"));
-    let half =
-        msd_study::sweep::run(&sweep, &store, (1..3, 1), (&|_| {}, &|| true)).expect("a run");
+    let half = msd_study::sweep::run(&sweep, &store, (1..3, 1), &mut ()).expect("a run");
     assert_eq!(half, Summary { run: 2, skipped: 0, diverged: 0, left: 0 });
     assert_eq!(files(store.folder()).len(), 2);
     assert_eq!(store.collect(&sweep).expect("a table").1, 2);
@@ -366,24 +365,32 @@ fn what_is_done_is_not_run_again_and_what_is_broken_is() {
     assert_eq!(cells, [0, 1, 2, 3, 4].map(Datum::Whole).iter().collect::<Vec<_>>());
 }
 
+/// One who cancels a sweep in the third cell, which has six steps: cells done, and calls since two
+/// are.
+struct Ending(usize, usize);
+
+impl Monitor for Ending {
+    fn report(&mut self, progress: Progress) {
+        self.0 += usize::from(progress.left.is_some());
+    }
+
+    fn proceed(&mut self) -> Result<(), Halt> {
+        self.1 += usize::from(2 <= self.0);
+        if self.1 <= 3 { Ok(()) } else { Err(Halt::Cancelled) }
+    }
+}
+
 #[test]
 fn a_sweep_that_is_ended_keeps_the_cells_that_are_done_and_goes_on_there() {
     let folder = folder();
     let sweep = chain(folder.path(), "'solver.substeps' = [1, 2, 3, 4]");
     let store = Store::of(&sweep, None);
-    let (done, asked) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let hear = |event| {
-        if matches!(event, Event::Finished { .. }) {
-            done.fetch_add(1, Ordering::Relaxed);
-        }
-    };
-    // Ended in the third cell, which has six steps.
-    let goes_on = || done.load(Ordering::Relaxed) < 2 || asked.fetch_add(1, Ordering::Relaxed) < 3;
-    let summary = msd_study::sweep::run(&sweep, &store, (0..4, 1), (&hear, &goes_on));
+    let mut ending = Ending(0, 0);
+    let summary = msd_study::sweep::run(&sweep, &store, (0..4, 1), &mut ending);
     let summary = summary.expect("what is done");
     assert_eq!((summary.run, summary.skipped, summary.left), (2, 0, 2));
     assert_eq!(files(store.folder()).len(), 2, "two cells, and no part of a third");
-    let nothing = msd_study::sweep::run(&sweep, &store, (0..4, 1), (&|_| {}, &|| false));
+    let nothing = msd_study::sweep::run(&sweep, &store, (0..4, 1), &mut Ending(2, 3));
     assert_eq!(nothing.expect("nothing"), Summary { skipped: 2, left: 2, ..Summary::default() });
 }
 
@@ -409,8 +416,8 @@ fn all_cells_are_checked_before_the_first_runs() {
     let folder = folder();
     let sweep = chain(folder.path(), "'solver.substeps' = [1, 2, 0]");
     let store = Store::of(&sweep, None);
-    let hear = |event| assert!(!matches!(event, Event::Finished { .. }));
-    let told = msd_study::sweep::run(&sweep, &store, (0..3, 2), (&hear, &|| true));
+    let mut hear = |progress: Progress| assert!(progress.left.is_none());
+    let told = msd_study::sweep::run(&sweep, &store, (0..3, 2), &mut hear);
     assert!(told.expect_err("refused").to_string().contains("solver.substeps is 0"));
     assert!(!store.folder().exists());
     assert_eq!(TableFormat::of(Path::new("a.CSV")), Some(TableFormat::Csv));

@@ -37,7 +37,7 @@ fn a_block_has_damping_gravity_diagonals_drag_contact_and_a_precision() {
     let friction = Friction::Coulomb(0.3);
     scene.planes = vec![Plane { normal: DVec3::Y, offset: -1.2, restitution: 0.0, friction }];
     scene.world.drag = 0.1;
-    let rows = terms(&loaded(scene, Precision::F32), 0.5).unwrap();
+    let rows = terms(&loaded(scene, Precision::F32), 0.5, &mut ()).unwrap();
     let expected = ["damping", "gravity", "face diagonals", "space diagonals", "drag", "contact"];
     assert_eq!(names(&rows)[..6], expected);
     assert_eq!(names(&rows)[6..], ["single precision"]);
@@ -59,7 +59,7 @@ fn drag_is_worth_what_the_closed_form_says() {
     let material = Material { mass: 0.5, stiffness: 100.0, damping: 0.0 };
     let mut scene = Scene::of("rope", shape::rope(4, 1.0, material).unwrap());
     scene.world.drag = 0.2;
-    let rows = terms(&loaded(scene, Precision::F64), 1.0).unwrap();
+    let rows = terms(&loaded(scene, Precision::F64), 1.0, &mut ()).unwrap();
     assert_eq!(names(&rows), ["gravity", "drag", "double precision"]);
     // y = g t² / 2 against g/r² (r t − 1 + e^(−r t)) with r = drag / mass.
     let (g, r) = (9.82, 0.4f64);
@@ -77,7 +77,7 @@ fn springs_that_differ_are_compared_with_their_mean() {
     let mut scene = Scene::of("rope", shape::rope(5, 1.0, material).unwrap());
     scene.pins = vec![msd_core::Pin { particle: 0, velocity: DVec3::ZERO }];
     scene.springs[1].stiffness = 200.0;
-    let rows = terms(&loaded(scene, Precision::F64), 0.5).unwrap();
+    let rows = terms(&loaded(scene, Precision::F64), 0.5, &mut ()).unwrap();
     assert_eq!(names(&rows), ["gravity", "values of each spring", "double precision"]);
     assert!(0.0 < rows[1].change.unwrap());
 }
@@ -85,12 +85,12 @@ fn springs_that_differ_are_compared_with_their_mean() {
 #[test]
 fn the_teapot_bends_and_a_cloth_has_no_bending_springs() {
     let teapot = msd_scene::open("teapot").unwrap();
-    let rows = terms(&teapot, 1.0 / 60.0).unwrap();
+    let rows = terms(&teapot, 1.0 / 60.0, &mut ()).unwrap();
     let expected = ["damping", "gravity", "bending springs", "contact", "single precision"];
     assert_eq!(names(&rows), expected);
     let bending = row(&rows, "bending springs");
     assert!(0.0 < bending.change.unwrap(), "{bending:?}");
-    let rows = terms(&msd_scene::open("cloth").unwrap(), 1.0 / 60.0).unwrap();
+    let rows = terms(&msd_scene::open("cloth").unwrap(), 1.0 / 60.0, &mut ()).unwrap();
     let expected = ["damping", "gravity", "face diagonals", "contact", "single precision"];
     assert_eq!(names(&rows), expected);
     // Its floor is out of reach.
@@ -106,7 +106,7 @@ fn a_variant_that_diverges_is_told_in_words() {
     let mut loaded = loaded(scene, Precision::F32);
     loaded.settings = Settings { integrator: Integrator::ExplicitEuler, ..loaded.settings };
     loaded.scene.particles[7].position.x += 0.1;
-    let rows = terms(&loaded, 2.0).unwrap();
+    let rows = terms(&loaded, 2.0, &mut ()).unwrap();
     let damping = row(&rows, "damping");
     assert_eq!(damping.change, None, "{damping:?}");
     assert!(damping.words.contains("diverged"), "{damping:?}");

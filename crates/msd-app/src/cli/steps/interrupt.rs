@@ -25,11 +25,6 @@ impl Interrupt {
         Interrupt(asked)
     }
 
-    /// Ends the program at the next Ctrl-C, where there is nothing to be ended in order.
-    pub fn end_at_once(&self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-
     /// Whether the command is to end.
     pub fn is_asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)

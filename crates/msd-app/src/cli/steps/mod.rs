@@ -3,9 +3,7 @@
 mod interrupt;
 mod moments;
 mod progress;
-mod follower;
 
-pub use follower::TerminalFollower;
 pub use interrupt::Interrupt;
 pub use moments::Moments;
-pub use progress::{Bar, SlowNotice, Steps};
+pub use progress::{SlowNotice, Steps, Terminal};

@@ -1,7 +1,10 @@
 //! The progress of a long command, on the standard error.
 
+use super::Interrupt;
 use crate::cli::failure::{is_quiet, note};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use msd_study::monitor::{Halt, Monitor, Progress};
+use msd_study::quantity::rounded;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
@@ -30,28 +33,56 @@ impl SlowNotice {
     }
 }
 
-/// A line that says what is being done; silent where the standard error is no terminal.
-pub struct Bar(ProgressBar);
+/// A line on the terminal that shows progress, until Ctrl-C cancels the work; silent where the
+/// standard error is not a terminal.
+pub struct Terminal {
+    /// The line.
+    pub bar: ProgressBar,
+    interrupt: Interrupt,
+    show: Show,
+}
 
-impl Bar {
-    /// Shows an empty line.
+/// Shows a report on a line.
+type Show = fn(&ProgressBar, &Progress);
+
+impl Terminal {
+    /// An empty line, which shows what is being done.
     pub fn new() -> Self {
-        let bar = ProgressBar::new_spinner();
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
+        Terminal::of(ProgressBar::new_spinner(), "{spinner} {elapsed} {msg}", |bar, progress| {
+            let Progress { now, done, left, .. } = progress;
+            bar.set_message(match left {
+                Some(left) => {
+                    format!("{done} trials done, at most {} s left: {now}", rounded(*left, 2))
+                }
+                None => now.clone(),
+            });
+        })
+    }
+
+    /// A line of a template, shown in another way.
+    pub fn of(bar: ProgressBar, template: &str, show: Show) -> Self {
+        if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
         }
         bar.enable_steady_tick(Duration::from_millis(200));
-        Bar(bar)
+        Terminal { bar, interrupt: Interrupt::catch(), show }
+    }
+}
+
+impl Monitor for Terminal {
+    fn report(&mut self, progress: Progress) {
+        (self.show)(&self.bar, &progress);
     }
 
-    /// Says what is being done now.
-    pub fn tell(&self, message: &str) {
-        self.0.set_message(message.to_owned());
+    fn proceed(&mut self) -> Result<(), Halt> {
+        if self.interrupt.is_asked() { Err(Halt::Cancelled) } else { Ok(()) }
     }
+}
 
+impl Drop for Terminal {
     /// Clears the line.
-    pub fn end(&self) {
-        self.0.finish_and_clear();
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
     }
 }
 

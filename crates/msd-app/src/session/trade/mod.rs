@@ -17,7 +17,7 @@ pub use task::STUDY_DURATION;
 pub(crate) use task::{RetryTask, SearchTask, SoundnessTask};
 pub(crate) use task::{StudyTask, TermsTask};
 #[cfg(target_arch = "wasm32")]
-pub(crate) use worker::{Hand, Labour, Task};
+pub(crate) use worker::{Drive, Note, Order, Task, drive};
 pub use worker::{MANNERS as STUDY_MANNERS, Report};
 
 use super::run::{Revision, Run};

@@ -61,7 +61,7 @@ impl Search {
                 None => {
                     let now = retrial.and_then(|retrial| retrial.progress);
                     let now = now.map_or(String::new(), |progress| progress.now);
-                    format!("searching {wish}: found {}; trying {now}…", tuned.best.trial.choice)
+                    format!("searching {wish}: found {}; {now}…", tuned.best.trial.choice)
                 }
             },
             (None, None) => match &report.progress {

@@ -1,22 +1,24 @@
 //! The tasks of the trade: a study, the prices of the parts, a search, trials of settings.
 
-use super::worker::{Job, Patient, Task};
+use super::worker::Task;
 use msd_core::Scene;
 use msd_run::rescue::LASTING;
 use msd_scene::Loaded;
 use msd_study::Study;
 use msd_study::choice::Choice;
 use msd_study::conduct::{Course, Plan};
-use msd_study::leave::Halt;
-use msd_study::terms::{TermRow, terms_by_leave};
-use msd_study::trial::{Trial, unsound_by_leave};
-use msd_study::tune::{Elsewhere, Goal, Tuned, retry, tune_followed};
+use msd_study::monitor::{Deadline, Halt, Monitor};
+use msd_study::terms::{TermRow, terms};
+use msd_study::trial::{Trial, find_fault};
+use msd_study::tune::{Elsewhere, Goal, Tuned, retry, tune};
 use serde::{Deserialize, Serialize};
 use std::iter;
 
 /// Simulated time of a study, seconds.
 pub const STUDY_DURATION: f64 = 1.0;
 
+/// How long the reference of a study may take, seconds.
+const STUDYING: f64 = 120.0;
 /// How long a search may take, and a trial of what it has found, seconds.
 const SEARCHING: f64 = 25.0;
 const RETRYING: f64 = 15.0;
@@ -46,17 +48,24 @@ impl Task for StudyTask {
     const NAME: &'static str = "study";
     const IN_PIECES: bool = true;
 
-    fn advance(&mut self, job: &mut Job<Study>) -> Result<bool, Halt> {
-        let Some(course) = &mut self.course else {
-            self.course = Some(Course::begin(self.loaded.clone(), self.plan, job)?);
-            return Ok(true);
-        };
-        if course.advance(job)? {
-            return Ok(true);
+    fn advance(
+        &mut self,
+        choice: Option<Choice>,
+        monitor: &mut dyn Monitor,
+    ) -> Result<Option<Study>, Halt> {
+        match (&mut self.course, choice) {
+            (None, _) => {
+                let monitor = &mut Deadline::new(monitor, STUDYING);
+                self.course = Some(Course::begin(self.loaded.clone(), self.plan, monitor)?);
+            }
+            (Some(course), Some(choice)) => course.grant(choice, monitor)?,
+            (Some(course), None) => {
+                if !course.advance(monitor)? {
+                    return Ok(None);
+                }
+            }
         }
-        let Some(choice) = job.wished(true) else { return Ok(false) };
-        course.grant(choice, job)?;
-        Ok(true)
+        Ok(self.course.as_ref().map(|course| course.study().clone()))
     }
 }
 
@@ -69,13 +78,12 @@ impl Task for TermsTask {
     const NAME: &'static str = "terms";
     const IN_PIECES: bool = false;
 
-    fn advance(&mut self, job: &mut Job<Vec<TermRow>>) -> Result<bool, Halt> {
-        if !job.may_go_on() {
-            return Err(Halt::Stopped);
-        }
-        let rows = terms_by_leave(&self.0, STUDY_DURATION, &mut || job.may_go_on())?;
-        job.show(rows);
-        Ok(false)
+    fn advance(
+        &mut self,
+        _: Option<Choice>,
+        monitor: &mut dyn Monitor,
+    ) -> Result<Option<Vec<TermRow>>, Halt> {
+        terms(&self.0, STUDY_DURATION, monitor).map(Some)
     }
 }
 
@@ -88,10 +96,13 @@ impl Task for SearchTask {
     const NAME: &'static str = "search";
     const IN_PIECES: bool = false;
 
-    fn advance(&mut self, job: &mut Job<Tuned>) -> Result<bool, Halt> {
-        let tuned = tune_followed(&self.0, STUDY_DURATION, self.1, &mut Patient(job, SEARCHING))?;
-        job.show(tuned);
-        Ok(false)
+    fn advance(
+        &mut self,
+        _: Option<Choice>,
+        monitor: &mut dyn Monitor,
+    ) -> Result<Option<Tuned>, Halt> {
+        let monitor = &mut Deadline::new(monitor, SEARCHING);
+        tune(&self.0, STUDY_DURATION, self.1, monitor).map(Some)
     }
 }
 
@@ -130,11 +141,14 @@ impl Task for RetryTask {
     const NAME: &'static str = "retry";
     const IN_PIECES: bool = false;
 
-    fn advance(&mut self, job: &mut Job<Elsewhere>) -> Result<bool, Halt> {
+    fn advance(
+        &mut self,
+        _: Option<Choice>,
+        monitor: &mut dyn Monitor,
+    ) -> Result<Option<Elsewhere>, Halt> {
         let wish = (self.goal, STUDY_DURATION, LASTING);
-        let elsewhere = retry(&self.scene, &self.choices, wish, &mut Patient(job, RETRYING))?;
-        job.show(elsewhere);
-        Ok(false)
+        let monitor = &mut Deadline::new(monitor, RETRYING);
+        retry(&self.scene, &self.choices, wish, monitor).map(Some)
     }
 }
 
@@ -147,10 +161,12 @@ impl Task for SoundnessTask {
     const NAME: &'static str = "soundness";
     const IN_PIECES: bool = false;
 
-    fn advance(&mut self, job: &mut Job<Option<String>>) -> Result<bool, Halt> {
-        let fault = unsound_by_leave(&self.0, self.1, LASTING, &mut || job.may_go_on())?;
-        job.show(fault);
-        Ok(false)
+    fn advance(
+        &mut self,
+        _: Option<Choice>,
+        monitor: &mut dyn Monitor,
+    ) -> Result<Option<Option<String>>, Halt> {
+        find_fault(&self.0, self.1, LASTING, monitor).map(Some)
     }
 }
 

@@ -1,15 +1,21 @@
 //! The worker's side of work beside the page: see `session/trade/worker/web.rs`.
 
 use crate::session::{
-    Hand, Labour, RetryTask, SearchTask, SoundnessTask, StudyTask, Task, TermsTask,
+    Drive, Note, Order, RetryTask, SearchTask, SoundnessTask, StudyTask, Task, TermsTask, drive,
 };
-use js_sys::Function;
-use wasm_bindgen::prelude::wasm_bindgen;
+use js_sys::{Function, Uint8Array};
+use msd_study::choice::Choice;
+use msd_study::monitor::{Halt, Progress};
+use wasm_bindgen::prelude::{JsValue, wasm_bindgen};
 
-/// Work of a worker, which hears orders between its pieces.
+/// Work of a worker, which follows orders between its pieces.
 #[wasm_bindgen]
 pub struct BackgroundWork {
-    hand: Box<dyn Hand>,
+    drive: Drive,
+    in_pieces: bool,
+    page: Function,
+    wish: Option<Choice>,
+    paused: bool,
 }
 
 #[wasm_bindgen]
@@ -20,29 +26,53 @@ impl BackgroundWork {
     /// A line, where the page is another version of the program.
     #[wasm_bindgen(constructor)]
     pub fn new(kind: &str, task: &[u8], page: Function) -> Result<BackgroundWork, String> {
-        let hand: Option<Box<dyn Hand>> = match kind {
-            StudyTask::NAME => Labour::<StudyTask>::of(task, page).map(|work| Box::new(work) as _),
-            TermsTask::NAME => Labour::<TermsTask>::of(task, page).map(|work| Box::new(work) as _),
-            SearchTask::NAME => {
-                Labour::<SearchTask>::of(task, page).map(|work| Box::new(work) as _)
-            }
-            RetryTask::NAME => Labour::<RetryTask>::of(task, page).map(|work| Box::new(work) as _),
-            SoundnessTask::NAME => {
-                Labour::<SoundnessTask>::of(task, page).map(|work| Box::new(work) as _)
-            }
+        let drive = match kind {
+            StudyTask::NAME => drive::<StudyTask>(task),
+            TermsTask::NAME => drive::<TermsTask>(task),
+            SearchTask::NAME => drive::<SearchTask>(task),
+            RetryTask::NAME => drive::<RetryTask>(task),
+            SoundnessTask::NAME => drive::<SoundnessTask>(task),
             _ => None,
         };
-        let hand = hand.ok_or("the page and its worker are of two versions")?;
-        Ok(BackgroundWork { hand })
+        let drive = drive.ok_or("the page and its worker are of two versions")?;
+        let in_pieces = kind == StudyTask::NAME;
+        Ok(BackgroundWork { drive, in_pieces, page, wish: None, paused: false })
     }
 
     /// Does the next piece; whether there is more to do.
     pub fn advance(&mut self) -> bool {
-        self.hand.advance()
+        if self.paused {
+            return false;
+        }
+        let page = &self.page;
+        let report = &mut |progress: Progress| post(page, &Note::Progress(progress));
+        match (self.drive)(self.wish.take(), report) {
+            Ok(Some(found)) => {
+                post(page, &Note::Found(found));
+                if self.in_pieces {
+                    return true;
+                }
+                post(page, &Note::Idle);
+            }
+            Ok(None) | Err(Halt::Cancelled) => post(page, &Note::Idle),
+            Err(halt) => post(page, &Note::Failed(halt.to_string())),
+        }
+        false
     }
 
     /// Follows an order of the page.
     pub fn hear(&mut self, order: &[u8]) {
-        self.hand.hear(order);
+        match postcard::from_bytes(order) {
+            Ok(Order::Wish(choice)) => self.wish = Some(choice),
+            Ok(Order::Pause(paused)) => self.paused = paused,
+            // The page is the same program.
+            Err(_) => {}
+        }
     }
+}
+
+fn post(page: &Function, note: &Note) {
+    let bytes = postcard::to_stdvec(note).unwrap_or_default();
+    // The page reads what it is sent, or is gone.
+    page.call1(&JsValue::NULL, &Uint8Array::from(&bytes[..])).ok();
 }

@@ -8,21 +8,15 @@ mod web;
 #[cfg(not(target_arch = "wasm32"))]
 pub use native::MANNERS;
 #[cfg(not(target_arch = "wasm32"))]
-pub(crate) use native::{Job, Worker};
+pub(crate) use native::Worker;
 #[cfg(target_arch = "wasm32")]
 pub use web::MANNERS;
 #[cfg(target_arch = "wasm32")]
-pub(crate) use web::{Hand, Labour, PageJob as Job, PageWorker as Worker};
+pub(crate) use web::{Drive, Note, Order, PageWorker as Worker, drive};
 
-use msd_study::Study;
 use msd_study::choice::Choice;
-use msd_study::conduct::{Follower, Progress};
-use msd_study::leave::Halt;
-use serde::Serialize;
+use msd_study::monitor::{Halt, Monitor, Progress};
 use std::sync::Arc;
-
-/// How long the reference of a study may take, seconds.
-const STUDYING: f64 = 120.0;
 
 /// What a worker has to show.
 #[derive(Debug)]
@@ -51,66 +45,28 @@ impl<T> Clone for Report<T> {
     }
 }
 
-/// What can be worked out in the background.
+/// Work in the background, as a state machine that a thread or a worker of the page drives.
 pub(crate) trait Task: Send + 'static {
     /// What comes of it.
     type Found;
     /// What a worker of a page knows it by.
     #[cfg_attr(not(target_arch = "wasm32"), allow(dead_code, reason = "a thread is given it"))]
     const NAME: &'static str;
-    /// Whether there is a place to rest between its pieces: what has only one begins anew after a
-    /// rest where it cannot wait within.
-    #[cfg_attr(not(target_arch = "wasm32"), allow(dead_code, reason = "a thread waits anywhere"))]
+    /// Whether it has many pieces, between which it can pause, and waits for choices after the
+    /// last: the only piece of another task begins anew after a pause where it cannot wait within.
     const IN_PIECES: bool;
 
-    /// Does the next piece. Returns whether there is more to do.
+    /// Does the next piece, which is a trial of `choice` where the user asks for one; returns the
+    /// result so far, or `None` if nothing was left to do.
     ///
     /// # Errors
-    /// What the core refuses; [`Halt::Stopped`] where the job was ended.
-    fn advance(&mut self, job: &mut Job<Self::Found>) -> Result<bool, Halt>;
+    /// What the core refuses; what [`Monitor::proceed`] returns.
+    fn advance(
+        &mut self,
+        choice: Option<Choice>,
+        monitor: &mut dyn Monitor,
+    ) -> Result<Option<Self::Found>, Halt>;
 }
 
-impl Follower for Job<Study> {
-    fn hear(&mut self, progress: Progress) {
-        self.tell(progress);
-    }
-
-    fn see(&mut self, study: &Study) {
-        self.show(study.clone());
-    }
-
-    fn goes_on(&mut self) -> bool {
-        self.may_go_on()
-    }
-
-    fn patience(&self) -> f64 {
-        STUDYING
-    }
-
-    fn wish(&mut self, idle: bool) -> Option<Choice> {
-        self.wished(idle)
-    }
-}
-
-/// Follows work that has nothing to show before its end, for so many seconds.
-pub(crate) struct Patient<'a, T>(pub &'a mut Job<T>, pub f64);
-
-impl<T: Serialize> Follower for Patient<'_, T> {
-    fn hear(&mut self, progress: Progress) {
-        self.0.tell(progress);
-    }
-
-    fn goes_on(&mut self) -> bool {
-        self.0.may_go_on()
-    }
-
-    fn patience(&self) -> f64 {
-        self.1
-    }
-}
-
-/// What is said of a study or a search whose time was over before anything could be judged.
-const LATE: &str = "its time was over before the right motion was known to compare with; from a \
-                    calmer state it may be known in time";
 /// What is said of a worker that broke down.
 const BROKEN: &str = "it failed: please report this";

@@ -1,10 +1,9 @@
 //! A thread of low priority that takes a bounded share of one core.
 
-use super::{BROKEN, LATE, Report, Task};
+use super::{BROKEN, Report, Task};
 use crate::background::lower_priority;
 use msd_study::choice::Choice;
-use msd_study::conduct::Progress;
-use msd_study::leave::Halt;
+use msd_study::monitor::{Halt, Monitor, Progress};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -55,20 +54,15 @@ impl<T: Send + Sync + 'static> Worker<T> {
         let report = Report::default();
         let desk = Mutex::new(Desk { report, paused: false, ended: false, wish: None });
         let shared = Arc::new(Shared { desk, woken: Condvar::new() });
-        let mut job = Job { shared: shared.clone(), since: Instant::now() };
+        let mut monitor = ThreadMonitor { shared: shared.clone(), since: Instant::now() };
         let spawned = spawn(move || {
             // A panic would end the whole program.
-            let to_the_end = AssertUnwindSafe(|| {
-                while work.advance(&mut job)? {}
-                Ok(())
-            });
-            let failure = match catch_unwind(to_the_end) {
-                Ok(Err(Halt::Refused(error))) => Some(error.to_string()),
-                Ok(Err(Halt::Late)) => Some(LATE.to_owned()),
-                Ok(Ok(()) | Err(Halt::Stopped)) => None,
+            let failure = match catch_unwind(AssertUnwindSafe(|| drive(&mut work, &mut monitor))) {
+                Ok(Ok(()) | Err(Halt::Cancelled)) => None,
+                Ok(Err(halt)) => Some(halt.to_string()),
                 Err(_) => Some(BROKEN.to_owned()),
             };
-            job.shared.change(|desk| (desk.report.idle, desk.report.failure) = (true, failure));
+            monitor.shared.change(|desk| (desk.report.idle, desk.report.failure) = (true, failure));
         });
         if let Err(error) = spawned {
             shared.change(|desk| (desk.report.idle, desk.report.failure) = (true, Some(error)));
@@ -98,21 +92,57 @@ impl<T> Drop for Worker<T> {
     }
 }
 
+/// Drives a task to its end, or until nobody wants the result any more.
+fn drive<W: Task>(task: &mut W, monitor: &mut ThreadMonitor<W::Found>) -> Result<(), Halt> {
+    let mut is_idle = false;
+    loop {
+        monitor.proceed()?;
+        let found = task.advance(monitor.wish(is_idle)?, monitor)?;
+        is_idle = found.is_none();
+        if let Some(found) = found {
+            monitor.shared.change(|desk| desk.report.found = Some(Arc::new(found)));
+        }
+        if !W::IN_PIECES {
+            return Ok(());
+        }
+    }
+}
+
 /// The thread's end.
-#[derive(Debug)]
-pub(crate) struct Job<T> {
+struct ThreadMonitor<T> {
     shared: Arc<Shared<T>>,
     /// When the present slice of work began.
     since: Instant,
 }
 
-impl<T> Job<T> {
-    /// Rests when it is time to, waits while paused; whether the result is still wanted.
-    pub(crate) fn may_go_on(&mut self) -> bool {
+impl<T> ThreadMonitor<T> {
+    /// Takes the choice to be tried next; one that is idle waits for it.
+    fn wish(&mut self, is_idle: bool) -> Result<Option<Choice>, Halt> {
+        let mut desk = self.shared.desk();
+        if is_idle {
+            desk.report.idle = desk.wish.is_none();
+            let waits = |desk: &mut Desk<T>| desk.wish.is_none() && !desk.ended;
+            let woken = self.shared.woken.wait_while(desk, waits);
+            desk = woken.unwrap_or_else(PoisonError::into_inner);
+            self.since = Instant::now();
+        }
+        desk.report.idle = false;
+        if desk.ended { Err(Halt::Cancelled) } else { Ok(desk.wish.take()) }
+    }
+}
+
+impl<T> Monitor for ThreadMonitor<T> {
+    fn report(&mut self, progress: Progress) {
+        self.shared.change(|desk| desk.report.progress = Some(progress));
+    }
+
+    /// Rests when it is time to, and waits while paused.
+    fn proceed(&mut self) -> Result<(), Halt> {
+        let result = |ended| if ended { Err(Halt::Cancelled) } else { Ok(()) };
         let worked = self.since.elapsed().as_secs_f64();
         let desk = self.shared.desk();
         if worked < SLICE && !desk.paused {
-            return !desk.ended;
+            return result(desk.ended);
         }
         let rest = Duration::from_secs_f64(worked * (1.0 / SHARE - 1.0));
         let wanted = |desk: &mut Desk<T>| !desk.ended;
@@ -120,34 +150,9 @@ impl<T> Job<T> {
         let (desk, _) = rested.unwrap_or_else(PoisonError::into_inner);
         let waits = |desk: &mut Desk<T>| desk.paused && !desk.ended;
         let desk = self.shared.woken.wait_while(desk, waits);
-        let is_wanted = !desk.unwrap_or_else(PoisonError::into_inner).ended;
+        let ended = desk.unwrap_or_else(PoisonError::into_inner).ended;
         self.since = Instant::now();
-        is_wanted
-    }
-
-    /// Shows what was found.
-    pub(crate) fn show(&self, found: T) {
-        self.shared.change(|desk| desk.report.found = Some(Arc::new(found)));
-    }
-
-    /// Tells how far it is.
-    pub(super) fn tell(&self, progress: Progress) {
-        self.shared.change(|desk| desk.report.progress = Some(progress));
-    }
-
-    /// A choice to be tried next; one that has nothing else to do, as it is `idle`, waits for it,
-    /// until the result is not wanted any more.
-    pub(crate) fn wished(&mut self, idle: bool) -> Option<Choice> {
-        let mut desk = self.shared.desk();
-        desk.report.idle = idle && desk.wish.is_none();
-        if idle {
-            let waits = |desk: &mut Desk<T>| desk.wish.is_none() && !desk.ended;
-            let woken = self.shared.woken.wait_while(desk, waits);
-            desk = woken.unwrap_or_else(PoisonError::into_inner);
-            self.since = Instant::now();
-        }
-        desk.report.idle = false;
-        desk.wish.take().filter(|_| !desk.ended)
+        result(ended)
     }
 }
 
@@ -174,38 +179,39 @@ mod tests {
         }
     }
 
-    /// Work of one piece.
-    struct Piece<T, F>(F, std::marker::PhantomData<fn(T)>);
+    /// Work in pieces that show what they find.
+    struct Pieces<T, F>(F, std::marker::PhantomData<fn(T)>);
 
-    impl<T: 'static, F> Task for Piece<T, F>
+    impl<T: 'static, F> Task for Pieces<T, F>
     where
-        F: FnMut(&mut Job<T>) -> Result<(), Halt> + Send + 'static,
+        F: FnMut(&mut dyn Monitor) -> Result<Option<T>, Halt> + Send + 'static,
     {
         type Found = T;
-        const NAME: &'static str = "piece";
-        const IN_PIECES: bool = false;
+        const NAME: &'static str = "pieces";
+        const IN_PIECES: bool = true;
 
-        fn advance(&mut self, job: &mut Job<T>) -> Result<bool, Halt> {
-            (self.0)(job).map(|()| false)
+        fn advance(
+            &mut self,
+            _: Option<Choice>,
+            monitor: &mut dyn Monitor,
+        ) -> Result<Option<T>, Halt> {
+            (self.0)(monitor)
         }
     }
 
     fn start<T: Send + Sync + 'static>(
-        work: impl FnMut(&mut Job<T>) -> Result<(), Halt> + Send + 'static,
+        work: impl FnMut(&mut dyn Monitor) -> Result<Option<T>, Halt> + Send + 'static,
     ) -> Worker<T> {
-        Worker::start(Piece(work, std::marker::PhantomData))
+        Worker::start(Pieces(work, std::marker::PhantomData))
     }
 
     #[test]
     fn a_paused_worker_shows_nothing_new_and_goes_on_after() {
-        let worker = start(|job| {
-            let mut count = 0;
-            while count < 1000 && job.may_go_on() {
-                count += 1;
-                job.show(count);
-                std::thread::sleep(Duration::from_micros(200));
-            }
-            Ok(())
+        let mut count = 0;
+        let worker = start(move |_| {
+            count += 1;
+            std::thread::sleep(Duration::from_micros(200));
+            Ok((count <= 1000).then_some(count))
         });
         wait_for(&worker, |report| report.found.is_some());
         worker.set_paused(true);
@@ -223,10 +229,10 @@ mod tests {
     #[test]
     fn a_worker_that_nobody_wants_ends() {
         let (ended, end) = std::sync::mpsc::channel();
-        let worker: Worker<()> = start(move |job| {
-            while job.may_go_on() {}
+        let worker: Worker<()> = start(move |monitor| {
+            while monitor.proceed().is_ok() {}
             ended.send(()).ok();
-            Err(Halt::Stopped)
+            Err(Halt::Cancelled)
         });
         worker.set_paused(true);
         drop(worker);

@@ -1,14 +1,12 @@
 //! A worker of the page: the same program once more, beside the page, told and telling in bytes.
 
-use super::{BROKEN, LATE, Report, Task};
-use js_sys::{Array, Function, Uint8Array};
+use super::{BROKEN, Report, Task};
+use js_sys::{Array, Uint8Array};
 use msd_study::choice::Choice;
-use msd_study::conduct::Progress;
-use msd_study::leave::Halt;
+use msd_study::monitor::{Halt, Monitor, Progress};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
-use std::marker::PhantomData;
 use std::rc::Rc;
 use std::sync::Arc;
 use wasm_bindgen::JsCast;
@@ -20,19 +18,20 @@ pub const MANNERS: &str = "It takes at most half of one core on average; it rest
                            at hand is measured, while a search or the prices of the parts begin \
                            anew after a rest";
 
-/// What the worker tells the page.
+/// What the worker reports to the page.
 #[derive(Debug, Serialize, Deserialize)]
-enum Note<T> {
+pub(crate) enum Note {
     Progress(Progress),
-    Found(T),
+    /// What was found, in bytes.
+    Found(Vec<u8>),
     /// Nothing is left to do.
     Idle,
     Failed(String),
 }
 
-/// What the page tells the worker.
+/// What the page asks of the worker.
 #[derive(Debug, Serialize, Deserialize)]
-enum Order {
+pub(crate) enum Order {
     Wish(Choice),
     Pause(bool),
 }
@@ -156,7 +155,10 @@ impl Drop for Beside {
 fn take<T: DeserializeOwned>(report: &mut Report<T>, note: &[u8]) {
     match postcard::from_bytes(note) {
         Ok(Note::Progress(progress)) => report.progress = Some(progress),
-        Ok(Note::Found(found)) => report.found = Some(Arc::new(found)),
+        Ok(Note::Found(found)) => match postcard::from_bytes(&found) {
+            Ok(found) => report.found = Some(Arc::new(found)),
+            Err(_) => fail(report, BROKEN),
+        },
         Ok(Note::Idle) => report.idle = true,
         Ok(Note::Failed(why)) => fail(report, &why),
         Err(_) => fail(report, BROKEN),
@@ -167,97 +169,18 @@ fn fail<T>(report: &mut Report<T>, why: &str) {
     (report.idle, report.failure) = (true, Some(why.to_owned()));
 }
 
-/// The worker's end, by which a piece of work tells the page.
-#[derive(Debug)]
-pub(crate) struct PageJob<T> {
-    page: Function,
-    wish: Option<Choice>,
-    found: PhantomData<fn(T)>,
-}
+/// The next piece of a task, its result in bytes.
+pub(crate) type Drive =
+    Box<dyn FnMut(Option<Choice>, &mut dyn Monitor) -> Result<Option<Vec<u8>>, Halt>>;
 
-impl<T> PageJob<T> {
-    fn note(&self, note: &Note<T>)
-    where
-        T: Serialize,
-    {
-        let bytes = postcard::to_stdvec(note).unwrap_or_default();
-        // The page reads what it is sent, or is gone.
-        self.page.call1(&JsValue::NULL, &Uint8Array::from(&bytes[..])).ok();
-    }
-
-    /// Whether the result is still wanted: a worker whose result is not is no more.
-    pub(crate) fn may_go_on(&mut self) -> bool {
-        true
-    }
-
-    /// Shows what was found.
-    pub(crate) fn show(&self, found: T)
-    where
-        T: Serialize,
-    {
-        self.note(&Note::Found(found));
-    }
-
-    /// Tells how far it is.
-    pub(super) fn tell(&self, progress: Progress)
-    where
-        T: Serialize,
-    {
-        self.note(&Note::Progress(progress));
-    }
-
-    /// A choice to be tried next; it comes between two pieces.
-    pub(crate) fn wished(&mut self, _: bool) -> Option<Choice> {
-        self.wish.take()
-    }
-}
-
-/// Work as the worker does it: between two pieces it hears orders.
-pub(crate) struct Labour<W: Task> {
-    work: W,
-    job: PageJob<W::Found>,
-    paused: bool,
-}
-
-impl<W: Task + DeserializeOwned> Labour<W> {
-    /// Takes up work that the page sent; `page` hears what came of it.
-    pub(crate) fn of(task: &[u8], page: Function) -> Option<Self> {
-        let work = postcard::from_bytes(task).ok()?;
-        let job = PageJob { page, wish: None, found: PhantomData };
-        Some(Labour { work, job, paused: false })
-    }
-}
-
-/// What a worker does, whatever it works at.
-pub(crate) trait Hand {
-    /// Does the next piece; whether there is more to do.
-    fn advance(&mut self) -> bool;
-
-    /// Follows an order of the page.
-    fn hear(&mut self, order: &[u8]);
-}
-
-impl<W: Task<Found: Serialize>> Hand for Labour<W> {
-    fn advance(&mut self) -> bool {
-        if self.paused {
-            return false;
-        }
-        let advanced = self.work.advance(&mut self.job);
-        match advanced {
-            Ok(true) => return true,
-            Ok(false) | Err(Halt::Stopped) => self.job.note(&Note::Idle),
-            Err(Halt::Refused(error)) => self.job.note(&Note::Failed(error.to_string())),
-            Err(Halt::Late) => self.job.note(&Note::Failed(LATE.to_owned())),
-        }
-        false
-    }
-
-    fn hear(&mut self, order: &[u8]) {
-        match postcard::from_bytes(order) {
-            Ok(Order::Wish(choice)) => self.job.wish = Some(choice),
-            Ok(Order::Pause(paused)) => self.paused = paused,
-            // The page is the same program.
-            Err(_) => {}
-        }
-    }
+/// Reads a task that the page sent.
+pub(crate) fn drive<W>(task: &[u8]) -> Option<Drive>
+where
+    W: Task<Found: Serialize> + DeserializeOwned,
+{
+    let mut task: W = postcard::from_bytes(task).ok()?;
+    Some(Box::new(move |choice, monitor| {
+        let found = task.advance(choice, monitor)?;
+        Ok(found.map(|found| postcard::to_stdvec(&found).unwrap_or_default()))
+    }))
 }
