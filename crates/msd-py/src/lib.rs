@@ -14,6 +14,7 @@ mod stepping;
 mod readings;
 mod simulation;
 mod judgement;
+mod sweep;
 
 use pyo3::prelude::*;
 
@@ -29,6 +30,8 @@ mod _msd {
     use super::scene::{Scene, open, scene};
     #[pymodule_export]
     use super::simulation::Simulation;
+    #[pymodule_export]
+    use super::sweep::{Sweep, run_cell, sweep};
     use pyo3::prelude::*;
 
     #[pymodule_init]

@@ -9,7 +9,7 @@
 
 Make a Scene with `open`, `scene`, `network` or `mesh`, and run it with `Simulation`. `tune` finds
 the cheapest setting within an error, `study` what accuracy costs, and `inspect` what bodies amount
-to as materials.
+to as materials. `sweep` and `run_cell` run a scene over a grid of its keys.
 
 Units are SI, y is up, and arrays are copies: they are yours to keep and change.
 """
@@ -23,15 +23,18 @@ from ._msd import (
     SceneError,
     Simulation,
     StepError,
+    Sweep,
     __version__,
     inspect,
     integrators,
     mesh,
     network,
     open,
+    run_cell,
     scene,
     scenes,
     study,
+    sweep,
     tune,
 )
 
@@ -41,15 +44,18 @@ __all__ = [
     "SceneError",
     "Simulation",
     "StepError",
+    "Sweep",
     "__version__",
     "inspect",
     "integrators",
     "mesh",
     "network",
     "open",
+    "run_cell",
     "scene",
     "scenes",
     "study",
+    "sweep",
     "tune",
 ]
 

@@ -19,8 +19,10 @@ mod plan;
 mod row;
 mod store;
 mod run;
+mod task;
 
 pub use plan::{Cell, Sweep};
 pub use run::{Event, Summary, run};
 pub use store::Store;
 pub use table::{Column, Datum, Kind, Table, TableFormat};
+pub use task::Task;
