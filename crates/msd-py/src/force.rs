@@ -47,6 +47,7 @@ impl Force {
         // The usual answer needs no conversion.
         if let Ok(array) = answer.bind(py).cast::<PyArray2<f64>>()
             && array.shape() == [count, 3]
+            && array.is_c_contiguous()
             && let Ok(array) = array.try_readonly()
             && let Ok(numbers) = array.as_slice()
         {

@@ -135,7 +135,7 @@ pub fn network(
 /// >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
 /// >>> faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
 /// >>> msd.mesh(corners, faces, mass=0.1, stiffness=1000, damping=1)
-/// <msd.Scene scene: 4 particles, 6 springs>
+/// <msd.Scene scene: 14 particles, 55 springs>
 #[pyfunction]
 #[pyo3(signature = (vertices, faces, **keys))]
 pub fn mesh(

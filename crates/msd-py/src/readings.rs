@@ -170,6 +170,9 @@ fn fill<T: Element + Copy + Send>(
 ) -> PyResult<()> {
     let wrong = |reason: String| refused(py, format!("out {reason}"));
     let shape = [out.shape()[0], out.shape()[1]];
+    if !out.is_c_contiguous() {
+        return Err(wrong("must be contiguous in the order of C".into()));
+    }
     let writable =
         out.try_readwrite().map_err(|error| wrong(format!("cannot be written: {error}")));
     let mut writable = writable?;

@@ -236,8 +236,8 @@ impl Scene {
     ///
     /// >>> import msd
     /// >>> moon = msd.open("chain").with_keys({"world.gravity": [0, -1.62, 0]})
-    /// >>> moon.title
-    /// 'a chain swings down, with world.gravity = [0, -1.62, 0]'
+    /// >>> moon.notes
+    /// ['set world.gravity = [0, -1.62, 0]']
     #[pyo3(signature = (keys, /))]
     fn with_keys(&self, py: Python<'_>, keys: &Bound<'_, PyDict>) -> PyResult<Self> {
         let mut set = self.set.clone();

@@ -10,7 +10,7 @@ use crate::scene::{Scene, settings_dict};
 use crate::stepping::{steps_in, turn};
 use crate::values::{from_serde, to_json};
 use msd_core::glam::DVec3;
-use msd_core::{Friction, Interaction, MaterialNumber, Plane, State};
+use msd_core::{Friction, Interaction, Look, MaterialNumber, Plane, State};
 use msd_run::Runner;
 use msd_scene::{AnyState, Loaded, Output, read_saved, saved_bytes, state_hash, write_saved};
 use pyo3::prelude::*;
@@ -156,7 +156,7 @@ impl Simulation {
     ///
     /// >>> import msd
     /// >>> run = msd.Simulation(msd.open("chain"))
-    /// >>> run.trajectory(10, every=2, points=[0, 9]).shape
+    /// >>> run.trajectory(10, every=2, points=[0, 4]).shape
     /// (11, 2, 3)
     #[pyo3(signature = (frames, every=Count(1), points=None),
         text_signature = "($self, frames, every=1, points=None)")]
@@ -488,8 +488,13 @@ impl Simulation {
         body: Count,
         look: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
-        let look = look.map_or(Ok(serde_json::json!({})), |look| to_json(look.as_any()))?;
-        let look = serde_json::from_value(look).map_err(|error| refused(py, error))?;
+        let mut keys = serde_json::to_value(Look::default()).unwrap_or_default();
+        for (key, value) in look.into_iter().flatten() {
+            let key: String = key.extract()?;
+            let unknown = || refused(py, format!("unknown keyword `{key}` of a look"));
+            *keys.get_mut(&key).ok_or_else(unknown)? = to_json(&value)?;
+        }
+        let look = serde_json::from_value(keys).map_err(|error| refused(py, error))?;
         self.queue(py, Interaction::SetLook { body: body.index(), look })
     }
 

@@ -135,6 +135,16 @@ def test_an_exception_of_a_force_ends_the_step_and_keeps_the_state():
     assert (run.hash(), run.steps) == (before, 3)
 
 
+@pytest.mark.parametrize("of", [np.asfortranarray, np.float32, np.ndarray.tolist])
+def test_forces_of_any_order_and_type_act_alike(of):
+    runs = [msd.Simulation(msd.open("chain"), precision="f64") for _ in range(2)]
+    runs[0].add_force(lambda t, x, v: np.float32(-x))
+    runs[1].add_force(lambda t, x, v: of(np.float32(-x)))
+    for run in runs:
+        run.step(3)
+    assert runs[0].hash() == runs[1].hash()
+
+
 def test_a_force_that_uses_its_run_is_refused():
     run = msd.Simulation(msd.open("chain"))
     run.add_force(lambda t, x, v: run.positions)
