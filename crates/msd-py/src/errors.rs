@@ -1,4 +1,4 @@
-//! What Python sees of an error: three classes, each message a sentence of the command line.
+//! The exceptions of Python, three classes, with the sentences of the command line.
 
 use msd_core::Error;
 use msd_scene::FileError;

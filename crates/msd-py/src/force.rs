@@ -34,12 +34,8 @@ impl Force {
     /// The forces at a motion.
     fn ask<R: Real>(&self, py: Python<'_>, motion: &Motion<'_, R>) -> PyResult<Vec<[f64; 3]>> {
         let count = motion.particle_count();
-        let flat = |vectors: &mut dyn Iterator<Item = R::Vec3>| {
-            let mut numbers = Vec::with_capacity(3 * count);
-            vectors.for_each(|vector| numbers.extend_from_slice(&vector.to_f64().to_array()));
-            arrays::vectors(py, numbers)
-        };
-        let (x, v) = (flat(&mut motion.positions())?, flat(&mut motion.velocities())?);
+        let x = arrays::vectors(py, flat::<R>(motion.positions(), count))?;
+        let v = arrays::vectors(py, flat::<R>(motion.velocities(), count))?;
         let before = ASKED.replace(true);
         let answer = self.0.call1(py, (motion.time(), x, v));
         ASKED.set(before);
@@ -78,12 +74,21 @@ impl<R: Real> Element<R> for Force {
                 return 0.0;
             }
         };
-        let mut power = 0.0;
-        for (particle, (&force, velocity)) in answer.iter().zip(motion.velocities()).enumerate() {
-            let force = DVec3::from_array(force);
+        let (mut power, mut particle) = (0.0, 0);
+        // Not `zip`: what is nested is walked faster from inside.
+        motion.velocities().for_each(|velocity| {
+            let force = DVec3::from_array(answer[particle]);
             forces.add(particle, R::Vec3::of(force));
             power -= force.dot(velocity.to_f64());
-        }
+            particle += 1;
+        });
         power
     }
+}
+
+/// The components of vectors in double precision.
+fn flat<R: Real>(vectors: impl Iterator<Item = R::Vec3>, count: usize) -> Vec<f64> {
+    let mut numbers = Vec::with_capacity(3 * count);
+    vectors.for_each(|vector| numbers.extend_from_slice(&vector.to_f64().to_array()));
+    numbers
 }

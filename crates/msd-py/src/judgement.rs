@@ -1,4 +1,4 @@
-//! What a scene costs and amounts to: `tune`, `study` and `inspect`.
+//! Tuning, studies and inspection of a scene.
 //!
 //! The reports of `msd tune` and `msd inspect` stand in the application, which no library names;
 //! here are structs of the same keys.

@@ -1,4 +1,4 @@
-//! What is read of a run, as arrays and dicts.
+//! Readings of a run, as arrays and dicts.
 
 use crate::arrays::{self, room};
 use crate::errors::{core_error, refused};
