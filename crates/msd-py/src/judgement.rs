@@ -202,7 +202,6 @@ pub fn tune<'py>(
 /// a dict with the keys of `msd study --json`, with an array for each list of numbers.
 #[pyfunction]
 #[pyo3(signature = (scene, duration=1.0, *, max_error=None, time=60.0, fresh=false, progress=None))]
-#[expect(clippy::too_many_arguments, reason = "names of Python's keywords")]
 pub fn study<'py>(
     py: Python<'py>,
     scene: &Bound<'py, Scene>,

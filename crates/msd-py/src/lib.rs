@@ -1,6 +1,7 @@
 //! msd for Python: `import msd`. The classes and functions here stand in the package `msd`, whose
 //! Python files are in `python/msd`.
 #![forbid(unsafe_code)]
+#![expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 
 mod errors;
 mod values;

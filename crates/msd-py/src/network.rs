@@ -79,7 +79,6 @@ impl Rows {
 #[pyfunction]
 #[pyo3(signature = (positions, springs, *, mass=None, stiffness=None, damping=None, rest=None,
     pins=None))]
-#[expect(clippy::too_many_arguments, reason = "names of Python's keywords")]
 pub fn network(
     py: Python<'_>,
     positions: &Bound<'_, PyAny>,
