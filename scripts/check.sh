@@ -3,13 +3,14 @@
 #
 #   scripts/check.sh          all of it
 #   scripts/check.sh STEP...  some of it: fmt clippy doc test release examples bench bare
-#                             elsewhere wasm web deny; and miri, which is slow and not part of "all"
+#                             elsewhere wasm web python deny; and miri, which is slow and not part of "all"
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 fmt() {
     cargo fmt --all --check
     cargo fmt --manifest-path bare/Cargo.toml --check
+    cargo fmt --manifest-path crates/msd-py/Cargo.toml --check
     cargo fmt --manifest-path fuzz/Cargo.toml --check
     cargo fmt --manifest-path web/bind/Cargo.toml --check
 }
@@ -130,6 +131,40 @@ web() {
     scripts/web-test.sh
 }
 
+# The Python module: a wheel, built once, and its tests on the oldest and the newest CPython at hand.
+python() {
+    local interpreters=() version wheel out
+    for version in 3.10 3.11 3.12 3.13 3.14; do
+        ! "python$version" -c 'import venv, ensurepip' 2>/dev/null ||
+            interpreters+=("python$version")
+    done
+    if [ ${#interpreters[@]} -eq 0 ]; then
+        echo "check: SKIPPED python (install it with: apt install python3.11-venv)"
+        [ -z "${MSD_REQUIRE_PYTHON:-}" ]
+        return
+    fi
+    [ ${#interpreters[@]} -eq 1 ] || interpreters=("${interpreters[0]}" "${interpreters[-1]}")
+    cargo build -p msd-app --no-default-features --bin msd
+    out=$(mktemp -d)
+    for version in "${interpreters[@]}"; do
+        "$version" -m venv "$out/$version"
+        "$out/$version/bin/python" -m pip install -q "maturin>=1.16,<2" numpy pytest mypy
+        if [ -z "${wheel:-}" ]; then
+            PATH="$out/$version/bin:$PATH" CARGO_TARGET_DIR=target/python \
+                maturin build --release --locked --quiet -i "$version" -o "$out"
+            wheel=$(echo "$out"/*.whl)
+            CARGO_TARGET_DIR=target/python cargo clippy --release --locked --features abi3 \
+                --manifest-path crates/msd-py/Cargo.toml -- -D warnings
+        fi
+        "$out/$version/bin/python" -m pip install -q "$wheel"
+        MSD=$PWD/target/debug/msd "$out/$version/bin/python" -m pytest -q -p no:cacheprovider \
+            crates/msd-py/tests
+        "$out/$version/bin/python" -m mypy --strict examples/python
+        "$out/$version/bin/python" examples/python/pull_test.py >/dev/null
+    done
+    rm -r "$out"
+}
+
 # Licences and advisories need a tool and a database that a bare machine lacks.
 deny() {
     if command -v cargo-deny >/dev/null; then
@@ -147,10 +182,10 @@ run() {
 }
 
 steps=("$@")
-[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release examples bench bare elsewhere wasm web deny)
+[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release examples bench bare elsewhere wasm web python deny)
 for step in "${steps[@]}"; do
     case $step in
-    fmt | clippy | doc | examples | bench | bare | elsewhere | miri | wasm | web | deny) run "$step" "$step" ;;
+    fmt | clippy | doc | examples | bench | bare | elsewhere | miri | python | wasm | web | deny) run "$step" "$step" ;;
     test | release) run "$step" "test_$([ "$step" = test ] && echo debug || echo release)" ;;
     *)
         echo "check: unknown step $step" >&2

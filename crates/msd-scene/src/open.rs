@@ -209,6 +209,20 @@ impl Draft {
         Ok(draft)
     }
 
+    /// Takes the text of a scene file called `name`, and the bytes of the mesh files that it names;
+    /// touches no file, so other meshes can only be those that the crate carries.
+    pub fn of_text(
+        name: &str,
+        (text, format): (String, SceneFormat),
+        meshes: &BTreeMap<String, Vec<u8>>,
+    ) -> Self {
+        let draft = Draft::new(name, text, format, Origin::Builtin);
+        for (file, bytes) in meshes {
+            draft.keep(file, given_mesh(bytes, file));
+        }
+        draft
+    }
+
     fn new(
         name: impl Into<String>,
         text: impl Into<Cow<'static, str>>,

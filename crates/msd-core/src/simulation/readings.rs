@@ -183,6 +183,17 @@ impl<R: Real> Simulation<R> {
         self.forces_in(&self.columns_of(state))
     }
 
+    /// The force with which pins hold those of these particles that are pinned, newtons: minus the
+    /// forces on them, as a pin that moves steadily gives it.
+    ///
+    /// # Panics
+    /// If there is no such particle.
+    pub fn pin_force(&self, particles: impl IntoIterator<Item = usize>) -> DVec3 {
+        let forces = self.forces().0;
+        let pinned = particles.into_iter().filter(|&particle| self.model.is_pinned(particle));
+        -pinned.map(|particle| forces[particle].to_f64()).sum::<DVec3>()
+    }
+
     fn forces_in(&self, columns: &Columns<R>) -> (Vec<R::Vec3>, f64) {
         let slots = &self.model.slots;
         let mut work = ForceWork::new(&self.model.springs, slots);

@@ -20,8 +20,10 @@ mod plan;
 mod row;
 mod store;
 mod run;
+mod task;
 
 pub use plan::{Cell, Sweep};
 pub use run::{Summary, run};
 pub use store::Store;
 pub use table::{Column, Datum, Kind, Table, TableFormat};
+pub use task::Task;

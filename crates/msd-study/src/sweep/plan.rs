@@ -158,6 +158,17 @@ impl Sweep {
         axes.map(word).collect::<Vec<_>>().join(", ")
     }
 
+    /// The scene with the values of a cell, as the text of a scene file in JSON.
+    ///
+    /// # Errors
+    /// A key of the grid that has no place in the scene.
+    pub(crate) fn text(&self, cell: &Cell) -> Result<String, FileError> {
+        serde_json::to_string(&self.source(cell)?.root.value).map_err(|error| {
+            let (file, reason) = (self.file.scene.clone(), error.to_string());
+            FileError::Unwritable { file, reason }
+        })
+    }
+
     /// The columns of the keys of the grid.
     pub(crate) fn grid_columns(&self) -> Vec<Column> {
         let column = |axis: &Axis| Column { name: axis.key.text().into(), kind: kind(axis) };

@@ -6,10 +6,10 @@ use crate::sweep::plan::{Cell, Sweep};
 use crate::sweep::table::{Column, Datum, Kind};
 use msd_core::{Integrator, Settings};
 
-type Measure = (&'static str, Kind, fn(&Measured) -> Datum);
+pub(super) type Measure = (&'static str, Kind, fn(&Measured) -> Datum);
 
 /// The columns after those of the grid, in their order; `docs/reference/sweeps.md` explains each.
-const MEASURES: [Measure; 41] = [
+pub(super) const MEASURES: [Measure; 41] = [
     ("integrator", Kind::Text, |m| text(m.settings.integrator)),
     ("precision", Kind::Text, |m| text(m.precision)),
     ("step", Kind::Number, |m| Datum::Number(m.settings.step)),
@@ -66,7 +66,7 @@ const MEASURES: [Measure; 41] = [
 ];
 
 /// The columns before those of the grid.
-const HEAD: [(&str, Kind); 3] =
+pub(super) const HEAD: [(&str, Kind); 3] =
     [("cell", Kind::Whole), ("hash", Kind::Text), ("scene", Kind::Text)];
 
 fn text(value: impl std::fmt::Display) -> Datum {

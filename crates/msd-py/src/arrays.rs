@@ -1,0 +1,168 @@
+//! Arrays of numpy: read with all checks, made from columns.
+
+use crate::errors::refused;
+use numpy::{
+    Element, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::PyMemoryError;
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyDict;
+
+/// The numbers of an array-like, in the order of C, and its shape: whatever strides, byte order and
+/// type of numbers it has.
+fn read<'py, T: Element + Clone>(
+    what: &str,
+    value: &Bound<'py, PyAny>,
+    (dtype, kinds): (&str, &str),
+) -> PyResult<(Vec<T>, Vec<usize>)> {
+    static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    let py = value.py();
+    let asarray = ASARRAY.import(py, "numpy", "asarray")?;
+    let wrong = |error: PyErr| refused(py, format!("{what} must be an array of numbers: {error}"));
+    let array = asarray.call1((value,)).map_err(wrong)?;
+    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    let size: usize = array.getattr("size")?.extract()?;
+    // What is empty has whatever type numpy gave it.
+    if !kinds.contains(&kind) && 0 < size {
+        let found = array.getattr("dtype")?;
+        let must = if dtype == "int64" { "whole numbers" } else { "real numbers" };
+        return Err(refused(py, format!("{what} must hold {must}; it holds {found}")));
+    }
+    let order = PyDict::new(py);
+    order.set_item("order", "C")?;
+    let array = asarray.call((array, dtype), Some(&order))?;
+    let array: PyReadonlyArrayDyn<'py, T> = array.extract()?;
+    let numbers = array.as_slice().map_err(|error| refused(py, error))?.to_vec();
+    Ok((numbers, array.shape().to_vec()))
+}
+
+/// Real numbers of any shape.
+pub fn reals(what: &str, value: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, Vec<usize>)> {
+    read(what, value, ("float64", "fiub"))
+}
+
+/// Whole numbers of any shape, none of them negative.
+pub fn indexes(what: &str, value: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<usize>)> {
+    let (numbers, shape) = read::<i64>(what, value, ("int64", "iu"))?;
+    let negative = numbers.iter().find(|&&number| number < 0);
+    if let Some(negative) = negative {
+        let message = format!("{what} holds {negative}; indexes are counted from 0");
+        return Err(refused(value.py(), message));
+    }
+    Ok((numbers.into_iter().map(|number| number as usize).collect(), shape))
+}
+
+/// Particles: their indexes, or an array that says of each of `count` whether it is meant.
+pub fn particles(what: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<usize>> {
+    let py = value.py();
+    let kind = value.getattr("dtype").and_then(|dtype| dtype.getattr("kind"));
+    let is_mask = kind.is_ok_and(|kind| kind.eq("b").unwrap_or(false));
+    if is_mask {
+        let (mask, shape) = reals(what, value)?;
+        if shape != [count] {
+            return Err(wrong_shape(py, what, &shape, &format!("({count},)")));
+        }
+        return Ok((0..count).filter(|&particle| mask[particle] != 0.0).collect());
+    }
+    let (particles, shape) = indexes(what, value)?;
+    if 1 < shape.len() {
+        return Err(wrong_shape(py, what, &shape, "(k,)"));
+    }
+    check_below(py, what, &particles, count)?;
+    Ok(particles)
+}
+
+/// Refuses an index that no particle has.
+pub fn check_below(py: Python<'_>, what: &str, particles: &[usize], count: usize) -> PyResult<()> {
+    match particles.iter().find(|&&particle| count <= particle) {
+        Some(particle) => Err(refused(
+            py,
+            format!("{what} names particle {particle}, but there are only {count}, counted from 0"),
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Rows of so many columns; `N` of them must be there if `count` says so.
+pub fn rows<const N: usize>(
+    what: &str,
+    value: &Bound<'_, PyAny>,
+    count: Option<usize>,
+) -> PyResult<Vec<[f64; N]>> {
+    let (numbers, shape) = reals(what, value)?;
+    check_rows(value.py(), what, (&shape, N), count)?;
+    Ok(numbers.as_chunks::<N>().0.to_vec())
+}
+
+/// Rows of indexes.
+pub fn index_rows<const N: usize>(
+    what: &str,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<Vec<[usize; N]>> {
+    let (numbers, shape) = indexes(what, value)?;
+    check_rows(value.py(), what, (&shape, N), None)?;
+    Ok(numbers.as_chunks::<N>().0.to_vec())
+}
+
+fn check_rows(
+    py: Python<'_>,
+    what: &str,
+    (shape, columns): (&[usize], usize),
+    count: Option<usize>,
+) -> PyResult<()> {
+    let is_right = match *shape {
+        [found, width] => width == columns && count.is_none_or(|count| found == count),
+        // Nothing has no columns: `[]` is an array of (0,).
+        [0] => count.is_none_or(|count| count == 0),
+        _ => false,
+    };
+    if is_right {
+        return Ok(());
+    }
+    let rows = count.map_or("n".to_owned(), |count| count.to_string());
+    Err(wrong_shape(py, what, shape, &format!("({rows}, {columns})")))
+}
+
+/// A number for each of `count` rows, from one or from as many.
+pub fn for_each(what: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<f64>> {
+    let (numbers, shape) = reals(what, value)?;
+    match (&numbers[..], shape.len()) {
+        (&[one], 0) => Ok(vec![one; count]),
+        (_, 1) if numbers.len() == count => Ok(numbers),
+        _ => {
+            let must = format!("a number or ({count},)");
+            Err(wrong_shape(value.py(), what, &shape, &must))
+        }
+    }
+}
+
+fn wrong_shape(py: Python<'_>, what: &str, shape: &[usize], must: &str) -> PyErr {
+    let shape: Vec<String> = shape.iter().map(usize::to_string).collect();
+    let comma = if shape.len() == 1 { "," } else { "" };
+    refused(py, format!("{what} has the shape ({}{comma}); it must be {must}", shape.join(", ")))
+}
+
+/// Room for so many numbers.
+///
+/// # Errors
+/// MemoryError, with how much memory `what` would take.
+pub fn room<T>(what: &str, count: Option<usize>) -> PyResult<Vec<T>> {
+    let mut numbers = Vec::new();
+    let refused = |size: f64| {
+        let message = format!("{what} would take {:.1} GB; ask for less", size / 1e9);
+        Err(PyMemoryError::new_err(message))
+    };
+    let size = size_of::<T>() as f64;
+    match count {
+        Some(count) if numbers.try_reserve_exact(count).is_ok() => Ok(numbers),
+        Some(count) => refused(count as f64 * size),
+        None => refused(f64::INFINITY),
+    }
+}
+
+/// An array of (n, 3) of numbers that stand in rows.
+pub fn vectors<T: Element>(py: Python<'_>, numbers: Vec<T>) -> PyResult<Bound<'_, PyArray2<T>>> {
+    let count = numbers.len() / 3;
+    PyArray1::from_vec(py, numbers).reshape([count, 3])
+}

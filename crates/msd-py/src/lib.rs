@@ -1,0 +1,50 @@
+//! msd for Python: `import msd`. The classes and functions here stand in the package `msd`, whose
+//! Python files are in `python/msd`.
+#![forbid(unsafe_code)]
+#![expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
+
+mod errors;
+mod values;
+mod arrays;
+mod options;
+mod force;
+mod lock;
+mod scene;
+mod network;
+mod stepping;
+mod readings;
+mod simulation;
+mod judgement;
+mod sweep;
+
+use pyo3::prelude::*;
+
+#[pymodule(gil_used = false)]
+mod _msd {
+    #[pymodule_export]
+    use super::judgement::{inspect, study, tune};
+    #[pymodule_export]
+    use super::lock::note_fork;
+    #[pymodule_export]
+    use super::network::{mesh, network};
+    #[pymodule_export]
+    use super::scene::{Scene, open, scene};
+    #[pymodule_export]
+    use super::simulation::Simulation;
+    #[pymodule_export]
+    use super::sweep::{Sweep, run_cell, sweep};
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        // Else a step that nobody gave threads to would share its work with all of the machine,
+        // which a forked child does not have. Refused where a pool stands: by a second import.
+        let one = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread();
+        drop(one.build_global());
+        crate::errors::add_to(module)?;
+        module.add("scenes", msd_scene::BUILTINS.map(|scene| scene.name).to_vec())?;
+        module
+            .add("integrators", msd_core::Integrator::ALL.map(|method| method.name()).to_vec())?;
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,120 @@
+//! Sweeps: a scene over a grid of its keys, each cell a dict that any engine carries.
+
+use crate::errors::{error, file_error, refused};
+use crate::judgement::Caller;
+use crate::options::Count;
+use msd_study::monitor::Halt;
+use msd_study::sweep::{Datum, Sweep as StudySweep, Task};
+use pyo3::exceptions::PyIndexError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::PathBuf;
+
+/// The cells of a sweep file: `len`, indexes and iteration give dicts that pickle.
+///
+/// A cell has its `cell` number, `hash`, `scene`, the `values` of the keys of the grid, the `text`
+/// of its scene, `duration` and `error`. `msd.run_cell` makes its row.
+#[pyclass(frozen, module = "msd")]
+pub struct Sweep {
+    sweep: StudySweep,
+    path: PathBuf,
+}
+
+/// Read a sweep file; docs/reference/sweeps.md explains its keys.
+///
+/// The cells are checked when you take them. A scene that names mesh files has no cells here.
+#[pyfunction]
+pub fn sweep(py: Python<'_>, path: PathBuf) -> PyResult<Sweep> {
+    let opened = py.detach(|| StudySweep::open(&path));
+    Ok(Sweep { sweep: opened.map_err(|error| file_error(py, error))?, path })
+}
+
+fn datum<'py>(py: Python<'py>, datum: &Datum) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match datum {
+        Datum::Nothing => py.None().into_bound(py),
+        Datum::Flag(flag) => flag.into_pyobject(py)?.to_owned().into_any(),
+        Datum::Whole(whole) => whole.into_pyobject(py)?.into_any(),
+        Datum::Number(number) => number.into_pyobject(py)?.into_any(),
+        Datum::Text(text) => text.into_pyobject(py)?.into_any(),
+    })
+}
+
+fn dict<'py>(py: Python<'py>, rows: &[(String, Datum)]) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    rows.iter().try_for_each(|(key, value)| dict.set_item(key, datum(py, value)?))?;
+    Ok(dict)
+}
+
+#[pymethods]
+impl Sweep {
+    fn __len__(&self) -> usize {
+        self.sweep.len()
+    }
+
+    fn __getitem__<'py>(&self, py: Python<'py>, number: isize) -> PyResult<Bound<'py, PyDict>> {
+        let count = self.sweep.len();
+        let row = if number < 0 { number + count as isize } else { number };
+        let row = usize::try_from(row).ok().filter(|&row| row < count);
+        let none = || PyIndexError::new_err(format!("there is no cell {number} of {count}"));
+        let row = row.ok_or_else(none)?;
+        let task = py.detach(|| Task::of(&self.sweep, &self.sweep.cell(row)?));
+        let task = task.map_err(|error| file_error(py, error))?;
+        let cell = PyDict::new(py);
+        cell.set_item("cell", task.number)?;
+        cell.set_item("hash", &task.hash)?;
+        cell.set_item("scene", &task.scene)?;
+        cell.set_item("values", dict(py, &task.values)?)?;
+        cell.set_item("text", &task.text)?;
+        cell.set_item("duration", task.duration)?;
+        cell.set_item("error", task.error)?;
+        Ok(cell)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<msd.Sweep {}: {} cells>", self.path.display(), self.sweep.len())
+    }
+}
+
+/// Run a cell of a sweep and return its row: a dict with the columns of docs/reference/sweeps.md.
+///
+/// The row follows from the cell alone, but for the times it measures; no file is touched but the
+/// cache of references of a sweep with `error = true`.
+#[pyfunction]
+pub fn run_cell<'py>(py: Python<'py>, cell: &Bound<'py, PyDict>) -> PyResult<Bound<'py, PyDict>> {
+    let get = |key: &str| {
+        let missing = || refused(py, format!("the cell lacks `{key}`; take cells from msd.sweep"));
+        cell.get_item(key)?.ok_or_else(missing)
+    };
+    let values = get("values")?;
+    let values = values.cast::<PyDict>()?.iter().map(|(key, value)| {
+        let datum = match value {
+            value if value.is_none() => Datum::Nothing,
+            value if value.is_instance_of::<pyo3::types::PyBool>() => Datum::Flag(value.extract()?),
+            value if value.is_instance_of::<pyo3::types::PyInt>() => Datum::Whole(value.extract()?),
+            value if value.is_instance_of::<pyo3::types::PyFloat>() => {
+                Datum::Number(value.extract()?)
+            }
+            value => Datum::Text(value.extract()?),
+        };
+        Ok((key.extract()?, datum))
+    });
+    let task = Task {
+        number: get("cell")?.extract::<Count>()?.index(),
+        hash: get("hash")?.extract()?,
+        scene: get("scene")?.extract()?,
+        values: values.collect::<PyResult<_>>()?,
+        text: get("text")?.extract()?,
+        duration: get("duration")?.extract()?,
+        error: get("error")?.extract()?,
+    };
+    let mut caller = Caller::new(None);
+    let done = py.detach(|| task.run(&mut caller));
+    if let Some(raised) = caller.raised() {
+        return Err(raised);
+    }
+    match done {
+        Ok(row) => dict(py, &row),
+        Err(Halt::Refused(refused)) => Err(file_error(py, refused)),
+        Err(halt) => Err(error(py, halt)),
+    }
+}

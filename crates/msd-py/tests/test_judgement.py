@@ -1,0 +1,142 @@
+"""Tuning, studies, inspection and sweeps."""
+
+import os
+import pathlib
+import pickle
+import signal
+import threading
+import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+
+import msd
+
+CHAIN = msd.open("chain")
+SWEEP = """
+version = 1
+scene = "chain"
+duration = 0.1
+error = true
+[grid]
+"bodies[0].stiffness" = [1000, 2000]
+solver.integrator = ["velocity-verlet", "rk4"]
+solver.substeps = [16, 32]
+"""
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("MSD_CACHE", str(tmp_path / "cache"))
+
+
+def test_tuning_meets_what_is_asked_and_reports_progress():
+    heard = []
+    found = msd.tune(CHAIN, 0.1, max_error=0.01, progress=heard.append)
+    assert found["met"] and found["verified_error"] <= 0.01
+    assert heard and all(isinstance(words, str) for words in heard)
+    run = msd.Simulation(CHAIN, integrator=found["integrator"], precision=found["precision"])
+    run.step()
+
+
+def test_a_callable_that_raises_ends_a_search():
+    def progress(words):
+        raise KeyError("enough")
+
+    with pytest.raises(KeyError, match="enough"):
+        msd.tune(CHAIN, 0.1, max_error=0.01, progress=progress)
+
+
+def test_a_study_has_the_names_and_arrays_of_its_json():
+    study = msd.study(CHAIN, 0.1, time=1, fresh=True)
+    assert study["scene"] == "chain" and study["trials"]
+    assert isinstance(study["times"], np.ndarray)
+    assert "error" in study["words"]
+
+
+def test_ctrl_c_ends_a_study():
+    threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    start = time.perf_counter()
+    with pytest.raises(KeyboardInterrupt):
+        msd.study(msd.open("cloth"), 2, time=100, fresh=True)
+    assert time.perf_counter() - start < 2
+
+
+def test_inspection_knows_the_mass():
+    body = msd.inspect(CHAIN)["bodies"][0]
+    assert body["mass"] == pytest.approx(CHAIN.masses.sum())
+
+
+def write(folder, text=SWEEP):
+    path = pathlib.Path(folder) / "s.toml"
+    path.write_text(text)
+    return path
+
+
+def test_cells_are_small_dicts_that_pickle(tmp_path):
+    cells = msd.sweep(write(tmp_path))
+    assert len(cells) == len(list(cells)) == 8
+    assert cells[-1] == cells[7] == pickle.loads(pickle.dumps(cells[7]))
+    assert len({cell["hash"] for cell in cells}) == 8
+    assert cells[7]["values"]["solver.integrator"] == "rk4"
+    with pytest.raises(IndexError, match="there is no cell 8 of 8"):
+        cells[8]
+
+
+def test_a_row_has_the_bits_of_a_run_and_touches_no_folder(tmp_path):
+    cells = msd.sweep(write(tmp_path))
+    rows = [msd.run_cell(cell) for cell in cells]
+    for cell, row in zip(cells, rows):
+        run = msd.Simulation(msd.open("chain", cell["values"]))
+        run.run(0.1)
+        assert row["state_hash"] == run.hash()
+        assert row["hash"] == cell["hash"] and row["outcome"] == "finished"
+        assert row["rms_error"] > 0
+    assert not (tmp_path / "s").exists() and not (tmp_path / "s.csv").exists()
+
+
+def test_a_row_is_that_of_the_command_line(tmp_path):
+    import csv
+    import subprocess
+
+    if (program := os.environ.get("MSD")) is None:
+        pytest.skip("MSD names no `msd` program")
+    path = write(tmp_path)
+    subprocess.run([program, "sweep", path], check=True, capture_output=True)
+    with (tmp_path / "s.csv").open() as file:
+        table = list(csv.DictReader(file))
+    for theirs, cell in zip(table, msd.sweep(path)):
+        ours = msd.run_cell(cell)
+        assert list(ours) == list(theirs)
+        for key, value in ours.items():
+            if key in ("cpu_seconds", "cpu_per_second", "wall_seconds") or "updates" in key:
+                continue
+            assert theirs[key] == ("" if value is None else str(value)) or float(
+                theirs[key]
+            ) == float(value), key
+
+
+def test_processes_make_the_rows_of_a_plain_loop(tmp_path):
+    cells = list(msd.sweep(write(tmp_path)))
+    expected = [msd.run_cell(cell)["state_hash"] for cell in cells]
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        assert [row["state_hash"] for row in pool.map(msd.run_cell, cells)] == expected
+
+
+def test_joblib_makes_the_rows_of_a_plain_loop(tmp_path):
+    joblib = pytest.importorskip("joblib")
+    cells = list(msd.sweep(write(tmp_path)))
+    expected = [msd.run_cell(cell)["state_hash"] for cell in cells]
+    rows = joblib.Parallel(2)(joblib.delayed(msd.run_cell)(cell) for cell in cells)
+    assert [row["state_hash"] for row in rows] == expected
+
+
+def test_dask_makes_the_rows_of_a_plain_loop(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    cells = list(msd.sweep(write(tmp_path)))
+    expected = {cell["hash"]: msd.run_cell(cell)["state_hash"] for cell in cells}
+    with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=None) as client:
+        rows = client.gather(client.map(msd.run_cell, cells, pure=False))
+    assert {row["hash"]: row["state_hash"] for row in rows} == expected
