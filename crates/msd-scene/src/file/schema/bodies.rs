@@ -93,6 +93,9 @@ rows! {
         damping: Option<f64> = "0; of a closed mesh 0.04, of an open mesh 0.2"
             { unit: "N s/m", domain: Domain::NotNegative, scale: Scale::SPRING,
               live: Live::Damping },
+        /// Rest lengths of its springs, as a multiple of what they would be: below 1 a body is in
+        /// tension.
+        rest_scale: Option<f64> = "1" { domain: Domain::Positive, live: Live::RestScale },
         /// Where the origin of the body goes. The origin is the centre of a lattice or of the box
         /// around a mesh, and (0, 0, 0) in an explicit body.
         position: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m", domain: Domain::Place },
