@@ -22,6 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         notes: Vec::new(),
         files: Vec::new(),
         made: Vec::new(),
+        rest_scales: Vec::new(),
         wind: Default::default(),
         progress: None,
     })?;

@@ -6,8 +6,9 @@ use super::promise::{check_message, check_simulation};
 use msd_core::{Integrator, Settings};
 use msd_run::Runner;
 use msd_run::recording::{read_recording, salvage_recording};
-use msd_run::replay::{Changes, Replay};
+use msd_run::replay::Replay;
 use msd_scene::read_saved;
+use msd_scene::schema::SolverRow;
 
 /// Bytes of the length of a frame and of the hash behind it.
 const LENGTH: usize = 8;
@@ -31,7 +32,7 @@ pub fn check(bytes: &[u8]) {
         check_message(&error);
     }
     match salvage_recording(&bytes, "recording") {
-        Ok(recording) => match Replay::new(&recording, Changes::default()) {
+        Ok(recording) => match Replay::new(&recording, SolverRow::default()) {
             Ok(replay) => follow(replay),
             Err(error) => check_message(&error),
         },

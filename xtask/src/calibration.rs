@@ -88,6 +88,7 @@ fn scene(seed: u64) -> Result<Loaded, Error> {
         notes: Vec::new(),
         files: Vec::new(),
         made: Vec::new(),
+        rest_scales: Vec::new(),
         wind: Default::default(),
         progress: None,
     })

@@ -12,26 +12,35 @@ use std::fmt::Display;
 use std::mem::discriminant;
 use std::ops::Range;
 
-/// What values of a run depend on: what its bodies are made of, and how its planes stop.
-#[derive(Clone, Debug)]
+/// What values of a run depend on that it does not hold by itself, and how its planes stop.
+#[derive(Clone, Debug, Default)]
 pub struct Target {
     /// What each body is made of; none of one that is given by masses and springs.
     pub made: Vec<Option<Made>>,
+    /// The springs of each body, and of each row of links after them, with what their rest lengths
+    /// are multiplied by.
+    pub rest_scales: Vec<(Range<usize>, f64)>,
     planes: Vec<(f64, Friction)>,
 }
 
 impl Target {
-    /// That of a run as it is, whose bodies are `made` of something.
-    pub fn of(runner: &Runner, made: &[Option<Made>]) -> Self {
+    /// That of a run of a scene as its author wants it.
+    pub fn written(loaded: &Loaded) -> Self {
+        let Loaded { made, rest_scales, .. } = loaded.clone();
+        Target { made, rest_scales, planes: Vec::new() }
+    }
+
+    /// The same, with the planes of a run as they are now.
+    pub fn of(self, runner: &Runner) -> Self {
         let planes = on!(runner, simulation => {
             let planes = simulation.model().planes().iter();
             planes.map(|plane| (plane.restitution(), plane.friction())).collect()
         });
-        Target { made: made.to_vec(), planes }
+        Target { planes, ..self }
     }
 
-    /// What a run of a scene does so that a key has a value; how bodies meet is made anew instead,
-    /// by [`shells_of`].
+    /// What a run of a scene does so that a key has a value. How bodies meet is made anew instead, by
+    /// [`shells_of`], and a solver is set by [`Runner::set_solver`].
     ///
     /// # Errors
     /// A line on a value that the key cannot have, or a key that a run cannot be given.
@@ -42,7 +51,8 @@ impl Target {
         let scene = &loaded.scene;
         Ok(match edit.live() {
             Live::Restart => return Err(format!("{} cannot change while it runs", edit.key())),
-            Live::Touch => Vec::new(),
+            Live::Touch | Live::Solver => Vec::new(),
+            Live::RestScale => self.stretch(edit, scene.bodies.len())?,
             Live::Gravity => {
                 vec![Interaction::SetGravity { value: edit.read::<[f64; 3]>()?.into() }]
             }
@@ -116,6 +126,26 @@ impl Target {
         Ok(set)
     }
 
+    /// Multiplies rest lengths of bodies or links, of which the scene has so many bodies.
+    fn stretch(&mut self, edit: &Assignment, bodies: usize) -> Result<Vec<Interaction>, String> {
+        let value: f64 = edit.read()?;
+        let first = if edit.key().starts_with("links") { bodies } else { 0 };
+        let groups = self.rest_scales.len();
+        let rows = match edit.row() {
+            Some(row) => first + row..(first + row + 1).min(groups),
+            None if first == 0 => 0..bodies.min(groups),
+            None => bodies.min(groups)..groups,
+        };
+        let scale = |(springs, scale): &mut (Range<usize>, f64)| {
+            let factor = value / std::mem::replace(scale, value);
+            let springs = Select::Range(springs.start, springs.end);
+            Interaction::ScaleRestLength { springs, factor }
+        };
+        let groups = self.rest_scales.get_mut(rows).unwrap_or_default();
+        let groups = groups.iter_mut().filter(|(springs, _)| !springs.is_empty());
+        Ok(groups.map(scale).collect())
+    }
+
     /// Makes a body of another material.
     fn remake(&mut self, body: usize, edit: &Assignment) -> Result<Vec<Interaction>, String> {
         let Some(made) = &mut self.made[body] else { return Ok(Vec::new()) };
@@ -173,15 +203,12 @@ impl Target {
     }
 }
 
-/// Gives a run of a scene all values that were set; returns what its bodies are made of then.
+/// Gives a run of a scene all values that were set of it, but for its solver; returns what they
+/// depend on then.
 ///
 /// # Errors
 /// A line on a value that the scene refuses.
-pub fn set_all(
-    runner: &mut Runner,
-    loaded: &Loaded,
-    edits: &Edits,
-) -> Result<Vec<Option<Made>>, String> {
+pub fn set_all(runner: &mut Runner, loaded: &Loaded, edits: &Edits) -> Result<Target, String> {
     let set = queue_all(runner, loaded, edits);
     if set.is_err() {
         on!(runner, simulation => simulation.clear_queue());
@@ -189,12 +216,8 @@ pub fn set_all(
     set
 }
 
-fn queue_all(
-    runner: &mut Runner,
-    loaded: &Loaded,
-    edits: &Edits,
-) -> Result<Vec<Option<Made>>, String> {
-    let mut target = Target::of(runner, &loaded.made);
+fn queue_all(runner: &mut Runner, loaded: &Loaded, edits: &Edits) -> Result<Target, String> {
+    let mut target = Target::written(loaded).of(runner);
     let refused = |error: &dyn Display| format!("{}: {error}", loaded.name);
     let (last, first): (Vec<_>, Vec<_>) = edits.iter().partition(|edit| edit.live() == Live::Off);
     for edit in first.into_iter().chain(last) {
@@ -209,7 +232,7 @@ fn queue_all(
         let shells = shells_of(&loaded.scene, edits.iter()).map_err(|error| refused(&error))?;
         runner.set_shells(&shells).map_err(|error| refused(&error))?;
     }
-    Ok(target.made)
+    Ok(target)
 }
 
 /// What switches a part of a scene off: its springs stay where they are, with neither stiffness nor

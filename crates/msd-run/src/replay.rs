@@ -5,48 +5,9 @@ use crate::history::History;
 use crate::on;
 use crate::recording::{Event, Recording};
 use crate::runner::Runner;
-use msd_core::{Error, Integrator, Interaction, Settings};
-use msd_scene::{Loaded, Precision};
-
-/// What of the solver is to be other than recorded. Default nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Changes {
-    /// The method.
-    pub integrator: Option<Integrator>,
-    /// Substeps per step.
-    pub substeps: Option<u32>,
-    /// Local error that an adaptive method allows.
-    pub tolerance: Option<f64>,
-    /// Newton iterations of an implicit method.
-    pub newton: Option<u32>,
-    /// The precision.
-    pub precision: Option<Precision>,
-}
-
-impl Changes {
-    /// Whether nothing is to be other than recorded.
-    pub fn is_none(&self) -> bool {
-        *self == Changes::default()
-    }
-
-    /// Settings with the changes.
-    pub fn settings(&self, recorded: Settings) -> Settings {
-        Settings {
-            integrator: self.integrator.unwrap_or(recorded.integrator),
-            substeps: self.substeps.unwrap_or(recorded.substeps),
-            tolerance: self.tolerance.unwrap_or(recorded.tolerance),
-            newton: self.newton.unwrap_or(recorded.newton),
-            step: recorded.step,
-        }
-    }
-
-    /// A saved run made ready with the changes. What was chosen while it was recorded stands in the
-    /// recording: nothing is chosen anew.
-    fn runner(&self, start: &Loaded) -> Result<Runner, Error> {
-        let precision = self.precision.unwrap_or(start.precision);
-        Runner::open_with(start, self.settings(start.settings), precision, false)
-    }
-}
+use msd_core::{Error, Interaction, Settings};
+use msd_scene::Loaded;
+use msd_scene::schema::{Solver, SolverRow};
 
 /// What was done to a replayed run, other than by steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -65,7 +26,7 @@ pub enum Change {
 pub struct Replay<'a> {
     events: std::slice::Iter<'a, Event>,
     runner: Runner,
-    changes: Changes,
+    changes: SolverRow,
     /// How the recorded run is stepped here.
     recorded: Settings,
     /// Steps to take before the next event.
@@ -76,15 +37,16 @@ pub struct Replay<'a> {
 }
 
 impl<'a> Replay<'a> {
-    /// Gets ready to replay a recording.
+    /// Gets ready to replay a recording; `changes` are the keys of the solver that are to be other
+    /// than recorded.
     ///
     /// # Errors
     /// The first row or setting of its start that is out of its domain.
-    pub fn new(recording: &'a Recording, changes: Changes) -> Result<Self, Error> {
+    pub fn new(recording: &'a Recording, changes: SolverRow) -> Result<Self, Error> {
         let returns = recording.events.contains(&Event::Back);
         Ok(Replay {
             events: recording.events.iter(),
-            runner: changes.runner(&recording.start)?,
+            runner: open(&recording.start, &changes)?,
             changes,
             recorded: recording.start.settings,
             steps: 0,
@@ -142,12 +104,17 @@ impl<'a> Replay<'a> {
         match event {
             Event::Act(interaction) => {
                 let felt = as_felt(*interaction, self.recorded.substep());
-                self.runner.queue(if self.changes.is_none() { *interaction } else { felt })?;
+                self.runner.queue(if self.changes == SolverRow::default() {
+                    *interaction
+                } else {
+                    felt
+                })?;
                 self.runner.apply_queued()?;
             }
             Event::Settings(settings) => {
                 self.recorded = *settings;
-                self.runner.set_settings(self.changes.settings(*settings))?;
+                let recorded = Solver { settings: *settings, ..self.runner.solver() };
+                self.runner.set_settings(recorded.with(&self.changes).settings)?;
             }
             Event::Precision(precision) => {
                 if self.changes.precision.is_none() {
@@ -158,7 +125,7 @@ impl<'a> Replay<'a> {
             Event::Back => return self.go_back(),
             Event::Start(start) => {
                 self.recorded = start.settings;
-                self.runner = self.changes.runner(start)?;
+                self.runner = open(start, &self.changes)?;
                 self.history = self.history.is_some().then(History::default);
             }
             Event::End(_) => {}
@@ -173,6 +140,13 @@ impl<'a> Replay<'a> {
         let moment = moment.ok_or(Error::OutOfRange { item, row, target, index: 0, count: 0 })?;
         self.runner.go_back(&moment)
     }
+}
+
+/// A saved run made ready with changes. What was chosen while it was recorded stands in the
+/// recording: nothing is chosen anew.
+fn open(start: &Loaded, changes: &SolverRow) -> Result<Runner, Error> {
+    let Solver { settings, precision, .. } = start.solver().with(changes);
+    Runner::open_with(start, settings, precision, false)
 }
 
 /// A grab as weak as the core makes it for a substep of `h` seconds. A run with shorter substeps

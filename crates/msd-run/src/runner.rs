@@ -10,6 +10,7 @@ use msd_core::{
     Contacts, Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, RowImpulse,
     Scene, Settings, Shell, Simulation, Vector, Witness,
 };
+use msd_scene::schema::Solver;
 use msd_scene::{AnyState, Loaded, Precision, Viewpoint, Wind};
 use serde::Serialize;
 
@@ -147,6 +148,7 @@ impl Runner {
             notes: Vec::new(),
             files: Vec::new(),
             made: Vec::new(),
+            rest_scales: Vec::new(),
             wind,
             progress: Some(Box::new(progress)),
         }
@@ -337,6 +339,32 @@ impl Runner {
         let open = automatic.then(|| on!(&mut *self, simulation => Automatic::open(simulation)));
         self.substeps_mut().automatic = open;
         if self.substeps().is_lazy { Ok(()) } else { self.choose() }
+    }
+
+    /// How it is stepped.
+    pub fn solver(&self) -> Solver {
+        let (settings, precision) = (self.settings(), self.precision());
+        Solver { settings, precision, automatic: self.is_automatic() }
+    }
+
+    /// Steps it otherwise from now on; in another precision, its state is rounded once.
+    ///
+    /// # Errors
+    /// The first setting that is out of its domain: then nothing is changed.
+    pub fn set_solver(&mut self, solver: Solver) -> Result<(), Error> {
+        let Solver { settings, precision, automatic } = solver;
+        if precision != self.precision() {
+            let mut runner = self.convert(precision)?;
+            runner.step_by(settings, automatic)?;
+            *self = runner;
+            return Ok(());
+        }
+        self.step_by(settings, automatic)
+    }
+
+    fn step_by(&mut self, settings: Settings, automatic: bool) -> Result<(), Error> {
+        on!(self, simulation => simulation.set_settings(settings))?;
+        self.set_automatic(automatic)
     }
 
     /// Goes on with automatic substeps where a saved run left them.

@@ -2,10 +2,11 @@
 
 use crate::on;
 use crate::recording::Recording;
-use crate::replay::{Changes, Replay};
+use crate::replay::Replay;
 use crate::runner::Runner;
 use msd_core::glam::DVec3;
 use msd_core::{Error, Vector};
+use msd_scene::schema::SolverRow;
 
 /// The first line of a file of distances.
 pub const HEADER: &str = "step,time,rms,max,particle";
@@ -50,9 +51,9 @@ impl<'a> Twin<'a> {
     ///
     /// # Errors
     /// See [`Replay::new`].
-    pub fn new(recording: &'a Recording, changes: Changes) -> Result<Self, Error> {
+    pub fn new(recording: &'a Recording, changes: SolverRow) -> Result<Self, Error> {
         Ok(Twin {
-            recorded: Replay::new(recording, Changes::default())?,
+            recorded: Replay::new(recording, SolverRow::default())?,
             changed: Replay::new(recording, changes)?,
             last: Apart::default(),
             noticed: None,

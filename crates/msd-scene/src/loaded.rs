@@ -1,5 +1,6 @@
 //! Scenes that are ready to run: at their start, or saved on their way.
 
+use crate::file::schema::Solver;
 use crate::materials::Made;
 use crate::model::Wind;
 use crate::precision::Precision;
@@ -7,6 +8,7 @@ use crate::viewpoint::Viewpoint;
 use glam::DVec3;
 use msd_core::{Progress, Scene, Settings};
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// A scene ready to run: rows, and how its author wants it stepped.
@@ -38,6 +40,10 @@ pub struct Loaded {
     /// saved run. Not saved.
     #[serde(skip)]
     pub made: Vec<Option<Made>>,
+    /// The springs of each body, and of each row of links after them, with what their rest lengths
+    /// are multiplied by; nothing of a saved run. Not saved.
+    #[serde(skip)]
+    pub rest_scales: Vec<(Range<usize>, f64)>,
     /// The wind, whose mean the uniform force of the scene includes, and that force without it,
     /// newtons; `None` without a wind. In a saved run it follows the rest.
     #[serde(skip)]
@@ -54,6 +60,18 @@ impl Loaded {
             self.scene = self.scene.from_time(progress.time());
         }
         self
+    }
+
+    /// How it is stepped.
+    pub fn solver(&self) -> Solver {
+        let Loaded { settings, precision, automatic, .. } = *self;
+        Solver { settings, precision, automatic }
+    }
+
+    /// Steps it otherwise.
+    pub fn set_solver(&mut self, solver: Solver) {
+        Solver { settings: self.settings, precision: self.precision, automatic: self.automatic } =
+            solver;
     }
 
     /// The wind of the scene.

@@ -397,6 +397,7 @@ fn finish(source: &Source<'_>, understood: Understood) -> Loaded {
         camera: understood.camera,
         notes: understood.notes,
         made: understood.made,
+        rest_scales: understood.rest_scales,
         wind: understood.wind,
         files: Vec::new(),
         progress: None,

@@ -237,7 +237,10 @@ fn joins(rows: &SceneFile, fine: &SceneFile) -> Vec<String> {
     if fine.links != rows.links {
         let row = |link: &LinkRow| {
             let ends = [("from", &link.from), ("to", &link.to)].map(|(key, end)| {
-                let place = particle(end.body.as_ref(), end.at, end.particle);
+                let place = match &end.solid {
+                    Some(solid) => format!("solid = {}", number(Some(solid))),
+                    None => particle(end.body.as_ref(), end.at, end.particle),
+                };
                 format!("{key} = {{ {place} }}")
             });
             let numbers = [

@@ -1,16 +1,90 @@
-//! Interactions of links of the former format, as keys of their scenes.
+//! Links of earlier formats: interactions, as keys of their scenes.
 
-use super::FormerWind;
-use msd_core::{Friction, Interaction, MaterialNumber, Select};
+use super::{Changes, Look};
+use msd_core::{Friction, Interaction, MaterialNumber, Select, Settings};
 use msd_scene::materials::Made;
 use msd_scene::parts::Part;
-use msd_scene::schema::WindRow;
-use msd_scene::{Assignment, Edits, Loaded, Wind, look_row};
+use msd_scene::schema::{Solver, WindRow};
+use msd_scene::{Assignment, Edits, Loaded, Precision, Wind, look_row};
+use serde::Deserialize;
+use std::ops::Range;
+
+/// What links of formats 3 and 4 held beside keys.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Former {
+    /// What was set of rest lengths; in format 3 all that was set, the oldest first.
+    edits: Vec<Interaction>,
+    /// Strength, newtons, heading, radians, and gusts of the wind; in format 4 it is a key.
+    wind: [f64; 3],
+}
+
+/// Formats 3 and 4. Format 3 ended with the look.
+#[derive(Deserialize)]
+struct Content {
+    settings: Settings,
+    automatic: bool,
+    precision: Precision,
+    edits: Vec<Interaction>,
+    wind: [f64; 3],
+    speed: f64,
+    look: Look,
+    set: Edits,
+}
+
+/// What a link of an earlier format has changed, if it is whole.
+pub(super) fn changes(format: u8, mut content: Vec<u8>) -> Option<Changes> {
+    if format == 3 {
+        // Nothing was set of keys.
+        content.push(0);
+    }
+    let Content { settings, automatic, precision, edits, wind, speed, look, mut set } =
+        postcard::from_bytes(&content).ok()?;
+    let row = Solver { settings, precision, automatic }.row();
+    row.assignments().for_each(|edit| set.set(edit));
+    Some(Changes { speed, look, set, former: Some(Former { edits, wind }) })
+}
+
+impl Former {
+    /// Whether it is made of settings alone.
+    pub(super) fn is_usable(&self) -> bool {
+        use Interaction::*;
+        let is_material = |edit: &Interaction| {
+            matches!(
+                edit,
+                SetStiffness { .. }
+                    | SetDamping { .. }
+                    | SetMass { .. }
+                    | ScaleRestLength { .. }
+                    | ScaleMaterial { .. }
+                    | SetRelaxationTime { .. }
+            )
+        };
+        let is_world = |edit: &Interaction| {
+            matches!(
+                edit,
+                SetGravity { .. }
+                    | SetDrag { .. }
+                    | SetPlane { .. }
+                    | RemovePlanes
+                    | AddPlane { .. }
+                    | SetLook { .. }
+            )
+        };
+        self.edits.iter().all(|edit| is_material(edit) || is_world(edit))
+            && self.wind.iter().all(|number| number.is_finite())
+    }
+
+    /// The same as keys of its scene.
+    pub(super) fn keys(&self, loaded: &Loaded) -> Edits {
+        keys_of(&self.edits, self.wind, loaded)
+    }
+}
 
 /// The keys that interactions and a wind have set, which a window has made.
-pub(super) fn keys_of(edits: &[Interaction], wind: FormerWind, loaded: &Loaded) -> Edits {
+fn keys_of(edits: &[Interaction], wind: [f64; 3], loaded: &Loaded) -> Edits {
     use Interaction::*;
     let (mut set, mut off, mut made) = (Edits::default(), Vec::new(), loaded.made.clone());
+    let mut stretched = loaded.rest_scales.clone();
     let scene = &loaded.scene;
     for edit in edits {
         match *edit {
@@ -35,6 +109,9 @@ pub(super) fn keys_of(edits: &[Interaction], wind: FormerWind, loaded: &Loaded) 
                 if let Some(Some(made)) = made.get_mut(body) {
                     of_material(&mut set, (body, made), (number, factor));
                 }
+            }
+            ScaleRestLength { springs, factor } => {
+                of_rest_lengths(&mut set, &mut stretched, (springs, factor), loaded);
             }
             SetGravity { value } => set.set(Assignment::new("world.gravity", value.to_array())),
             SetDrag { value } => set.set(Assignment::new("world.drag", value)),
@@ -88,6 +165,27 @@ fn of_springs(set: &mut Edits, (name, springs, value): (&str, Select, f64), load
     let own = loaded.scene.bodies.last().map_or(0, |body| body.springs.end);
     if springs == Select::All && own < loaded.scene.springs.len() {
         set.set(Assignment::new(&format!("links.{name}"), value));
+    }
+}
+
+/// Rest lengths that were multiplied, of all springs or of a body.
+fn of_rest_lengths(
+    set: &mut Edits,
+    stretched: &mut [(Range<usize>, f64)],
+    (springs, factor): (Select, f64),
+    loaded: &Loaded,
+) {
+    let bodies = loaded.scene.bodies.len();
+    for (row, (_, scale)) in stretched.iter_mut().enumerate() {
+        if matches!(springs, Select::Body(body) if body != row) {
+            continue;
+        }
+        *scale *= factor;
+        let key = match row.checked_sub(bodies) {
+            None => format!("bodies[{row}].rest_scale"),
+            Some(link) => format!("links[{link}].rest_scale"),
+        };
+        set.set(Assignment::new(&key, *scale));
     }
 }
 

@@ -10,9 +10,9 @@ mod own_scene;
 mod former;
 
 pub use error::LinkError;
+pub use former::Former;
 pub use own_scene::OwnScene;
 
-use msd_core::{Interaction, Settings};
 use msd_run::Runner;
 use msd_run::live::set_all;
 use msd_scene::keys::Live;
@@ -22,8 +22,8 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Raised whenever what a link holds changes its form.
-const FORMAT: u8 = 4;
-/// The format before, which ended with the look.
+const FORMAT: u8 = 5;
+/// The first format that can still be read.
 const FORMER: u8 = 3;
 /// What a page takes besides a link.
 const PAGE: [&str; 2] = ["embed", "verify"];
@@ -46,22 +46,15 @@ pub struct Link {
 /// What was changed of a scene, and how it is looked at.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Changes {
-    /// How it is stepped.
-    pub settings: Settings,
-    /// Whether substeps are chosen from the predicted limit of stability.
-    pub automatic: bool,
-    /// The precision.
-    pub precision: Precision,
-    /// What was set of rest lengths; in the former format all that was set, the oldest first.
-    pub edits: Vec<Interaction>,
-    /// The wind that the user made, in the former format; now it is a key.
-    pub wind: FormerWind,
     /// Simulated seconds per second.
     pub speed: f64,
     /// How it is looked at.
     pub look: Look,
-    /// What was set of keys of the scene.
+    /// What was set of keys of the scene, its solver included.
     pub set: Edits,
+    /// What a link of an earlier format says otherwise.
+    #[serde(skip)]
+    pub former: Option<Former>,
 }
 
 /// How a scene is looked at.
@@ -80,9 +73,6 @@ pub struct Look {
     /// What is drawn, a bit for each thing that the window can show or hide.
     pub shown: u16,
 }
-
-/// Strength, newtons, heading, radians, and gusts of a wind.
-pub type FormerWind = [f64; 3];
 
 impl Link {
     /// Whether a text that stands for a scene is meant as a link: no file of that name is there,
@@ -161,8 +151,9 @@ impl Link {
         let built_in = || msd_scene::open(&self.scene);
         let mut loaded = self.own.as_ref().map_or_else(built_in, OwnScene::load)?;
         if let Some(changes) = &self.changes {
-            (loaded.settings, loaded.precision) = (changes.settings, changes.precision);
-            loaded.automatic = changes.automatic;
+            // What could be read of it is usable.
+            let row = changes.set.solver().unwrap_or_default();
+            loaded.set_solver(loaded.solver().with(&row));
         }
         Ok(loaded)
     }
@@ -188,11 +179,7 @@ impl Link {
     /// A line on an edit that does not fit the scene.
     pub fn edit(&self, loaded: &Loaded, runner: &mut Runner) -> Result<(), String> {
         let Some(changes) = &self.changes else { return Ok(()) };
-        let name = &loaded.name;
-        set_all(runner, loaded, &changes.set_of(loaded))?;
-        let queued = changes.scales().try_for_each(|scale| runner.queue(scale));
-        let made = queued.and_then(|()| runner.apply_queued());
-        made.map_err(|error| format!("{name}: {error}"))
+        set_all(runner, loaded, &changes.set_of(loaded)).map(drop)
     }
 }
 
@@ -211,17 +198,11 @@ impl fmt::Display for Link {
 }
 
 impl Changes {
-    /// What was set of keys of the scene.
+    /// What was set of keys of the scene, its solver included.
     pub fn set_of(&self, loaded: &Loaded) -> Edits {
-        let mut set = former::keys_of(&self.edits, self.wind, loaded);
+        let mut set = self.former.as_ref().map(|former| former.keys(loaded)).unwrap_or_default();
         self.set.iter().for_each(|edit| set.set(edit.clone()));
         set
-    }
-
-    /// What was set of rest lengths.
-    pub fn scales(&self) -> impl Iterator<Item = Interaction> + '_ {
-        let is_scale = |edit: &&Interaction| matches!(edit, Interaction::ScaleRestLength { .. });
-        self.edits.iter().filter(is_scale).copied()
     }
 
     fn encode(&self) -> String {
@@ -229,42 +210,20 @@ impl Changes {
     }
 
     fn decode(text: &str) -> Result<Self, LinkError> {
-        let (format, mut content) = unseal(FORMER..=FORMAT, text)?;
-        if format == FORMER {
-            // Nothing was set of keys.
-            content.push(0);
-        }
-        let changes: Changes = postcard::from_bytes(&content).map_err(|_| LinkError::Damaged)?;
-        if changes.is_usable() { Ok(changes) } else { Err(LinkError::Damaged) }
+        let (format, content) = unseal(FORMER..=FORMAT, text)?;
+        let changes = match format {
+            FORMAT => postcard::from_bytes(&content).ok(),
+            _ => former::changes(format, content),
+        };
+        changes.filter(Changes::is_usable).ok_or(LinkError::Damaged)
     }
 
-    /// Whether a link may hold this: settings alone, and a camera that is somewhere.
+    /// Whether a link may hold this: keys that a run can be given, and a camera that is somewhere.
     fn is_usable(&self) -> bool {
-        use Interaction::*;
-        let is_setting = |edit: &Interaction| {
-            let is_material = matches!(
-                edit,
-                SetStiffness { .. }
-                    | SetDamping { .. }
-                    | SetMass { .. }
-                    | ScaleRestLength { .. }
-                    | ScaleMaterial { .. }
-                    | SetRelaxationTime { .. }
-            );
-            let is_world = matches!(
-                edit,
-                SetGravity { .. }
-                    | SetDrag { .. }
-                    | SetPlane { .. }
-                    | RemovePlanes
-                    | AddPlane { .. }
-            );
-            is_material || is_world || matches!(edit, SetLook { .. })
-        };
         let Look { target: [x, y, z], distance, yaw, pitch, .. } = self.look;
-        self.edits.iter().all(is_setting)
-            && self.set.iter().all(|edit| edit.live() != Live::Restart)
-            && self.wind.iter().all(|number| number.is_finite())
+        self.set.iter().all(|edit| edit.live() != Live::Restart)
+            && self.set.solver().is_ok()
+            && self.former.as_ref().is_none_or(Former::is_usable)
             && [x, y, z, distance, yaw, pitch].iter().all(|number| number.is_finite())
             && (self.speed == f64::INFINITY || (1e-3..=100.0).contains(&self.speed))
     }

@@ -1,7 +1,7 @@
 //! The solver: method, substeps or tolerance, precision, and the stability light.
 
 use super::{heading, slider, theme};
-use crate::session::{MOST_SUBSTEPS, Session, Tuning};
+use crate::session::{MOST_SUBSTEPS, Session};
 use crate::viewer::Viewer;
 use egui::{
     Color32, ComboBox, Response, RichText, Sense, Slider, SliderClamping, Stroke, Ui, WidgetInfo,
@@ -9,6 +9,7 @@ use egui::{
 };
 use msd_core::{Integrator, Settings};
 use msd_scene::Precision;
+use msd_scene::schema::SolverRow;
 use msd_study::quantity::{quantity, rounded};
 use std::ops::RangeInclusive;
 
@@ -51,7 +52,7 @@ fn integrator(ui: &mut Ui, session: &mut Session) {
             for integrator in Integrator::ALL {
                 let choice = super::listed(ui, integrator == now, integrator.name());
                 if choice.on_hover_text(integrator.purpose()).clicked() {
-                    session.tune(Tuning::Integrator(integrator));
+                    session.tune(SolverRow::integrator(integrator));
                 }
             }
         });
@@ -71,7 +72,7 @@ fn substeps(ui: &mut Ui, session: &mut Session) {
         }
         let hover = "How many a step is divided into";
         if slider(ui, ("Substeps", hover), widget).changed() {
-            session.tune(Tuning::Substeps(substeps));
+            session.tune(SolverRow::substeps(substeps));
         }
         let mut automatic = session.runner().is_automatic();
         let hover = "Automatic: nine tenths of the longest stable substep (seven where dampers \
@@ -81,7 +82,8 @@ fn substeps(ui: &mut Ui, session: &mut Session) {
         let name = "Automatic substeps";
         ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(name));
         if response.changed() {
-            session.tune(Tuning::Automatic(automatic));
+            let fixed = SolverRow::substeps(substeps);
+            session.tune(if automatic { SolverRow::automatic() } else { fixed });
         }
     });
 }
@@ -97,7 +99,7 @@ fn tolerance(ui: &mut Ui, session: &mut Session) {
     let hover = "Error allowed in each substep, as a fraction of the size of the scene.\n\
                  In f32 rounding ends what can be reached near 1e-5.";
     if slider(ui, ("Tolerance", hover), widget).changed() {
-        session.tune(Tuning::Tolerance(tolerance));
+        session.tune(SolverRow::tolerance(tolerance));
     }
 }
 
@@ -108,7 +110,7 @@ fn newton(ui: &mut Ui, session: &mut Session) {
     let hover = "Newton iterations in each substep: 1 takes forces as linear, which is mostly \
                  enough; more follow large turns within a substep";
     if slider(ui, ("Newton", hover), widget).changed() {
-        session.tune(Tuning::Newton(newton));
+        session.tune(SolverRow::newton(newton));
     }
 }
 
@@ -121,7 +123,7 @@ fn precision(ui: &mut Ui, session: &mut Session) {
         {
             let label = ui.selectable_label(precision == now, precision.name());
             if label.on_hover_text(hover).clicked() && precision != now {
-                session.tune(Tuning::Precision(precision));
+                session.tune(SolverRow::precision(precision));
             }
         }
     });

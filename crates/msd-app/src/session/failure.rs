@@ -2,12 +2,13 @@
 
 use super::material::is_of_looks;
 use super::run::{Reading, Run, act, open};
-use super::solver::{MOST_SUBSTEPS, Solver, Tuning};
+use super::solver::MOST_SUBSTEPS;
 use super::{Session, Wind};
 use msd_core::{Divergence, Error, Interaction, Vector};
 use msd_run::live::set_all;
 use msd_run::rescue::{LASTING, Offer, Origin, Remedy, Rescue};
 use msd_run::{History, Runner, on};
+use msd_scene::schema::SolverRow;
 use msd_scene::{Edits, Loaded};
 use msd_study::quantity::quantity;
 
@@ -60,7 +61,7 @@ pub struct Origins<'a> {
 impl Origins<'_> {
     /// Those that there are.
     fn list(&self) -> Vec<Origin> {
-        let is_as_written = Solver::of(self.runner) == Solver::written(self.loaded);
+        let is_as_written = self.runner.solver() == self.loaded.solver();
         let is_set_otherwise = !self.edits.iter().all(is_of_looks);
         let is_edited = !is_as_written || is_set_otherwise;
         let earlier = (!self.history.is_empty()).then_some(Origin::Earlier);
@@ -214,15 +215,15 @@ impl Session {
     pub fn take(&mut self, offer: Offer) {
         self.settle();
         match offer.remedy {
-            Remedy::Substeps(substeps) => self.tune(Tuning::Substeps(substeps)),
-            Remedy::Tolerance(tolerance) => self.tune(Tuning::Tolerance(tolerance)),
+            Remedy::Substeps(substeps) => self.tune(SolverRow::substeps(substeps)),
+            Remedy::Tolerance(tolerance) => self.tune(SolverRow::tolerance(tolerance)),
             Remedy::Method(method, substeps) => {
-                let tunings = [Tuning::Integrator(method), Tuning::Substeps(substeps)];
-                let is_other = substeps != self.runner().settings().substeps;
-                self.tune_all(&tunings[..1 + usize::from(is_other)], "way out");
+                let change = SolverRow::substeps(substeps);
+                let change = SolverRow { integrator: Some(method), ..change };
+                self.tune_as(change, "way out");
             }
             Remedy::SceneValues => {
-                self.material.forget(&self.loaded.made);
+                self.material.forget(&self.loaded);
                 self.follow_wind();
             }
             Remedy::Back => {}

@@ -32,7 +32,7 @@ pub use msd_scene::Wind;
 pub use parts::Parts;
 pub use past::{Deed, Mark, MarkKind};
 pub use run::{Reading, Revision, Run};
-pub use solver::{MOST_SUBSTEPS, Solver, Tuning};
+pub use solver::MOST_SUBSTEPS;
 pub use throttle::Throttle;
 pub use touches::{TouchEdit, TouchValues, shells_of};
 pub use trace::{Sample, Trace, WINDOW as TRACE_WINDOW};
@@ -119,7 +119,7 @@ impl Session {
         let Loaded { settings, precision, automatic, .. } = loaded;
         let run = Run::new(run::open(&loaded, settings, precision, automatic)?);
         let watch = Watch::new(run.runner(), &loaded.scene);
-        let material = Material::of(&loaded.made);
+        let material = Material::of(&loaded);
         let space = known(&loaded.scene).filter(|space| space.error().is_some());
         let mut session = Session {
             loaded,
@@ -327,8 +327,8 @@ impl Session {
         }
     }
 
-    /// Starts again from the first state. Solver, material and world stay as the user set them;
-    /// pins, rest lengths and frozen shapes are the scene's again.
+    /// Starts again from the first state. Solver, material and world stay as the user set them; pins
+    /// and frozen shapes are the scene's again.
     pub fn restart(&mut self) {
         self.restart_from(Origin::Start);
     }
@@ -343,7 +343,6 @@ impl Session {
             self.paused = false;
         }
         (self.grab, self.is_blowing) = (Grab::default(), false);
-        self.material.forget_rest_lengths();
         self.change_unwatched(|runner| *runner = fresh);
         self.watch = Watch::new(self.run.runner(), &self.loaded.scene);
         self.limit_of = 0;
@@ -450,31 +449,6 @@ impl Session {
             }
         }
         is_accepted
-    }
-
-    /// Changes how the scene is stepped.
-    pub fn tune(&mut self, tuning: Tuning) {
-        self.tune_all(&[tuning], tuning.words());
-    }
-
-    /// Changes several things of how the scene is stepped, up to the first that is refused, which
-    /// are undone as one: what undo calls it is a word or two.
-    pub(in crate::session) fn tune_all(&mut self, tunings: &[Tuning], words: &'static str) {
-        let begins = self.remember(Deed::Solver(words));
-        let mut is_tuned = false;
-        for tuning in tunings {
-            let tuned = self.change(|runner| tuning.apply(runner));
-            self.refusal = tuned.as_ref().err().map(Error::to_string);
-            let Ok(event) = tuned else { break };
-            is_tuned = true;
-            self.limit_of = self.runner().steps();
-            self.record(&event);
-        }
-        if is_tuned {
-            self.restart_twin();
-        } else if begins {
-            self.undo.withdraw();
-        }
     }
 
     /// Shows an error on the status line, if there is one.

@@ -1,109 +1,53 @@
-//! Solver settings that the user changes while a scene runs.
+//! How the scene is stepped: what the user changes of it while it runs.
 
-use super::Session;
-use msd_core::{Error, Integrator, Settings};
-use msd_run::Runner;
+use super::{Deed, Session};
+use msd_core::Error;
 use msd_run::recording::Event;
-use msd_scene::{Loaded, Precision};
+use msd_scene::schema::{OrAuto, SolverRow};
 
 /// The most substeps that can be chosen.
 pub const MOST_SUBSTEPS: u32 = 1000;
 
-/// A change of how the scene is stepped.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Tuning {
-    /// The method.
-    Integrator(Integrator),
-    /// Substeps per step; they are automatic no longer.
-    Substeps(u32),
-    /// Whether the substeps are chosen from the predicted limit of stability.
-    Automatic(bool),
-    /// The error that an adaptive method allows, as a fraction of the size of the scene.
-    Tolerance(f64),
-    /// Newton iterations per substep of an implicit method.
-    Newton(u32),
-    /// The precision; the state stays, rounded once.
-    Precision(Precision),
-}
-
-impl Tuning {
-    /// What it changes, in a word or two.
-    pub fn words(self) -> &'static str {
-        match self {
-            Tuning::Integrator(_) => "method",
-            Tuning::Substeps(_) => "substeps",
-            Tuning::Automatic(_) => "automatic substeps",
-            Tuning::Tolerance(_) => "tolerance",
-            Tuning::Newton(_) => "Newton iterations",
-            Tuning::Precision(_) => "precision",
-        }
-    }
-
-    /// Whether a run is stepped like that already.
-    pub(super) fn is_set(self, runner: &Runner) -> bool {
-        let now = runner.settings();
-        match self {
-            Tuning::Integrator(integrator) => now.integrator == integrator,
-            Tuning::Substeps(substeps) => now.substeps == substeps && !runner.is_automatic(),
-            Tuning::Automatic(automatic) => runner.is_automatic() == automatic,
-            Tuning::Tolerance(tolerance) => now.tolerance == tolerance,
-            Tuning::Newton(newton) => now.newton == newton,
-            Tuning::Precision(precision) => runner.precision() == precision,
-        }
-    }
-
-    /// Applies the change to a run; returns what a recording notes of it.
-    pub(super) fn apply(self, runner: &mut Runner) -> Result<Event, Error> {
-        let now = runner.settings();
-        let settings = match self {
-            Tuning::Integrator(integrator) => Settings { integrator, ..now },
-            Tuning::Substeps(substeps) => {
-                runner.set_automatic(false)?;
-                Settings { substeps, ..now }
-            }
-            Tuning::Automatic(automatic) => {
-                runner.set_automatic(automatic)?;
-                return Ok(Event::Settings(runner.settings()));
-            }
-            Tuning::Tolerance(tolerance) => Settings { tolerance, ..now },
-            Tuning::Newton(newton) => Settings { newton, ..now },
-            Tuning::Precision(precision) => {
-                *runner = runner.convert(precision)?;
-                return Ok(Event::Precision(precision));
-            }
-        };
-        runner.set_settings(settings)?;
-        Ok(Event::Settings(runner.settings()))
+/// What a change of the solver is called where it is undone, in a word or two: by its first key.
+fn words(change: &SolverRow) -> &'static str {
+    match *change {
+        SolverRow { integrator: Some(_), .. } => "method",
+        SolverRow { substeps: Some(OrAuto::Auto), .. } => "automatic substeps",
+        SolverRow { substeps: Some(OrAuto::Given(_)), .. } => "substeps",
+        SolverRow { tolerance: Some(_), .. } => "tolerance",
+        SolverRow { newton: Some(_), .. } => "Newton iterations",
+        _ => "precision",
     }
 }
 
-/// How a scene is stepped. Automatic substeps follow from the state, and are no part of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Solver {
-    settings: Settings,
-    precision: Precision,
-    is_automatic: bool,
-}
-
-impl Solver {
-    fn new(settings: Settings, precision: Precision, is_automatic: bool) -> Self {
-        let substeps = if is_automatic { 0 } else { settings.substeps };
-        Solver { settings: Settings { substeps, ..settings }, precision, is_automatic }
-    }
-
-    /// That of a run.
-    pub fn of(runner: &Runner) -> Self {
-        Solver::new(runner.settings(), runner.precision(), runner.is_automatic())
-    }
-
-    /// That which the author of a scene wants.
-    pub fn written(loaded: &Loaded) -> Self {
-        Solver::new(loaded.settings, loaded.precision, loaded.automatic)
-    }
-}
-
-/// Automatic substeps of the run.
+/// The solver of the run.
 impl Session {
+    /// Changes how the scene is stepped; in another precision its state is rounded once.
+    pub fn tune(&mut self, change: SolverRow) {
+        self.tune_as(change, words(&change));
+    }
+
+    /// The same, with what undo calls it.
+    pub(in crate::session) fn tune_as(&mut self, change: SolverRow, words: &'static str) {
+        let begins = self.remember(Deed::Solver(words));
+        let before = self.runner().solver();
+        let tuned = self.change(|runner| runner.set_solver(before.with(&change)));
+        self.refusal = tuned.as_ref().err().map(Error::to_string);
+        if tuned.is_err() {
+            if begins {
+                self.undo.withdraw();
+            }
+            return;
+        }
+        self.limit_of = self.runner().steps();
+        let precision = self.runner().precision();
+        if precision != before.precision {
+            self.record(&Event::Precision(precision));
+        }
+        self.record(&Event::Settings(self.runner().settings()));
+        self.restart_twin();
+    }
+
     /// Goes on with the choice of automatic substeps; returns whether the next step can be taken.
     pub(super) fn prepare(&mut self, stopwatch: &impl Fn() -> f64) -> bool {
         let (settings, revision) = (self.runner().settings(), self.run.revision());
@@ -117,24 +61,5 @@ impl Session {
             self.refusal = Some(error.to_string());
             true
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn automatic_substeps_are_no_difference_and_fixed_ones_are() {
-        let cube = msd_scene::open("cube").expect("a built-in scene");
-        let loaded = Loaded { automatic: true, ..cube };
-        let mut runner = Runner::open(&loaded).expect("a valid scene");
-        assert_eq!(Solver::of(&runner), Solver::written(&loaded));
-        let substeps = runner.settings().substeps;
-        Tuning::Substeps(substeps).apply(&mut runner).expect("in its domain");
-        assert_ne!(Solver::of(&runner), Solver::written(&loaded));
-        let fixed = Solver::of(&runner);
-        Tuning::Substeps(substeps + 1).apply(&mut runner).expect("in its domain");
-        assert_ne!(Solver::of(&runner), fixed);
     }
 }

@@ -6,6 +6,7 @@ use crate::link::OwnScene;
 use msd_core::Settings;
 use msd_run::Runner;
 use msd_run::recording::ENDING;
+use msd_scene::schema::OrAuto;
 use msd_scene::{FileError, Loaded, Output, Wind, write_file, write_saved};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -129,7 +130,7 @@ impl Viewer {
             Command::SaveRun => self.keep_run(),
             Command::SaveScene => self.save_scene().map(|path| {
                 let name = shown(&path);
-                let only = "cuts, pins, rest lengths and frozen shapes are in a saved run only";
+                let only = "cuts, pins and frozen shapes are in a saved run only";
                 format!("saved {name}, the scene with the values of now; {only}")
             }),
             _ => self.command_line().map(|line| {
@@ -239,12 +240,7 @@ impl Viewer {
         };
         Ok(match named.filter(|(written, _)| is_start(written)) {
             Some((written, scene)) => {
-                let mut line = format!("msd view {}", word(&scene));
-                line.push_str(&options(&written, runner));
-                if written.precision != runner.precision() {
-                    line.push_str(&format!(" --precision {}", runner.precision()));
-                }
-                line
+                format!("msd view {}{}", word(&scene), options(&written, runner))
             }
             None => format!("msd view {}", word(&shown(&self.save_run()?))),
         })
@@ -253,24 +249,25 @@ impl Viewer {
 
 /// The options by which a scene is stepped otherwise than its author wants.
 fn options(loaded: &Loaded, runner: &Runner) -> String {
-    let (was, now) = (loaded.settings, runner.settings());
+    let changed = runner.solver().row().but_for(&loaded.solver().row());
+    let method = runner.integrator();
     let mut line = String::new();
-    if was.integrator != now.integrator {
-        line.push_str(&format!(" --integrator {}", now.integrator));
+    if let Some(integrator) = changed.integrator {
+        line.push_str(&format!(" --integrator {integrator}"));
     }
-    if now.integrator.is_adaptive() {
-        if was.tolerance != now.tolerance {
-            line.push_str(&format!(" --tolerance {:e}", now.tolerance));
-        }
-    } else if runner.is_automatic() {
-        if !loaded.automatic {
-            line.push_str(" --substeps auto");
-        }
-    } else if loaded.automatic || was.substeps != now.substeps {
-        line.push_str(&format!(" --substeps {}", now.substeps));
+    if let Some(tolerance) = changed.tolerance.filter(|_| method.is_adaptive()) {
+        line.push_str(&format!(" --tolerance {tolerance:e}"));
     }
-    if now.integrator.is_implicit() && was.newton != now.newton {
-        line.push_str(&format!(" --newton {}", now.newton));
+    match changed.substeps.filter(|_| !method.is_adaptive()) {
+        Some(OrAuto::Auto) => line.push_str(" --substeps auto"),
+        Some(OrAuto::Given(substeps)) => line.push_str(&format!(" --substeps {substeps}")),
+        None => {}
+    }
+    if let Some(newton) = changed.newton.filter(|_| method.is_implicit()) {
+        line.push_str(&format!(" --newton {newton}"));
+    }
+    if let Some(precision) = changed.precision {
+        line.push_str(&format!(" --precision {precision}"));
     }
     line
 }

@@ -33,10 +33,12 @@ use crate::session::{ErrorNow, ErrorReading, Session};
 use egui::Rect;
 use files::{FilesRead, SceneSource};
 use glam::Vec3;
+use msd_core::Settings;
 use msd_render::{Camera, Quality, Quantity, Scale, Style};
 use msd_run::on;
 use msd_run::rescue::Offer;
 use msd_scene::Loaded;
+use msd_scene::schema::OrAuto;
 use shown::{show_bits, shown_bits};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -456,16 +458,17 @@ impl Viewer {
             follow: self.aim.follow,
             shown: shown_bits(self.style),
         };
-        let changes = Changes {
-            settings: session.runner().settings(),
-            automatic: session.runner().is_automatic(),
-            precision: session.runner().precision(),
-            edits: session.material().scales(),
-            wind: [0.0; 3],
-            speed: session.speed(),
-            look,
-            set: session.material().set().clone(),
-        };
+        let mut set = session.material().set().clone();
+        let mut solver = session.runner().solver().row();
+        // The length of a step that built-in scenes have.
+        if self.source.current.is_some() && solver.step == OrAuto::Given(Settings::default().step) {
+            solver.step = OrAuto::Auto;
+        }
+        let method = session.runner().integrator();
+        solver.tolerance = solver.tolerance.filter(|_| method.is_adaptive());
+        solver.newton = solver.newton.filter(|_| method.is_implicit());
+        solver.assignments().for_each(|edit| set.set(edit));
+        let changes = Changes { speed: session.speed(), look, set, former: None };
         if self.source.current.is_some() {
             return Link { scene: name.clone(), own: None, changes: Some(changes) }.checked();
         }
@@ -528,7 +531,7 @@ impl Viewer {
         let Some(changes) = &link.changes else { return };
         let session = &mut self.session;
         let set = changes.set_of(session.loaded());
-        session.edit_again(&set, &changes.scales().collect::<Vec<_>>());
+        session.edit_again(set);
         session.set_speed(changes.speed);
         let Look { target, distance, yaw, pitch, follow, shown } = changes.look;
         show_bits(&mut self.style, shown);

@@ -1,7 +1,6 @@
 //! The text of a scene with the values that the user has set; what else its author wrote stays.
 
-use crate::session::Solver;
-use msd_core::{Integrator, Look, Scene};
+use msd_core::{Look, Scene};
 use msd_run::Runner;
 use msd_scene::materials::Made;
 use msd_scene::schema::find;
@@ -19,8 +18,15 @@ pub(super) fn with_values(
     (runner, set): (&Runner, &Edits),
 ) -> Result<String, String> {
     let mut file: DocumentMut = text.parse().map_err(|error| format!("{error}"))?;
-    let solver = file.entry("solver").or_insert_with(toml_edit::table).as_table_like_mut();
-    write_solver(solver.ok_or("its solver is not a table")?, loaded, runner);
+    let solver = runner.solver().row().but_for(&loaded.solver().row());
+    if let Some(section) = file.get_mut("solver").and_then(Item::as_table_like_mut)
+        && section.get("step").is_some_and(Item::is_str)
+    {
+        // Another name for automatic substeps, which are written under their own.
+        section.remove("step");
+        put(section, "substeps", "auto".into());
+    }
+    solver.assignments().try_for_each(|edit| write_edit(&mut file, &edit))?;
     set.iter().try_for_each(|edit| write_edit(&mut file, edit))?;
     Ok(file.to_string())
 }
@@ -50,33 +56,7 @@ pub(super) fn says(written: &Loaded, runner: &Runner, made: &[Option<Made>]) -> 
                 is_cut || is_alike && is_near(read.damping, run.damping)
             })
     };
-    Solver::written(written) == Solver::of(runner)
-        && Runner::open(written).is_ok_and(|read| is_same(&read))
-}
-
-fn write_solver(solver: &mut dyn TableLike, loaded: &Loaded, runner: &Runner) {
-    let (was, now) = (loaded.settings, runner.settings());
-    if was.integrator != now.integrator {
-        put(solver, "integrator", now.integrator.name().into());
-    }
-    // Another name for automatic substeps, which are written under their own.
-    if solver.get("step").is_some_and(Item::is_str) {
-        solver.remove("step");
-    }
-    if runner.is_automatic() {
-        put(solver, "substeps", "auto".into());
-    } else if loaded.automatic || was.substeps != now.substeps {
-        put(solver, "substeps", i64::from(now.substeps).into());
-    }
-    if was.tolerance != now.tolerance && now.integrator == Integrator::DormandPrince {
-        put(solver, "tolerance", now.tolerance.into());
-    }
-    if was.newton != now.newton {
-        put(solver, "newton", i64::from(now.newton).into());
-    }
-    if loaded.precision != runner.precision() {
-        put(solver, "precision", runner.precision().name().into());
-    }
+    written.solver() == runner.solver() && Runner::open(written).is_ok_and(|read| is_same(&read))
 }
 
 /// Writes what was set of a key, in place of what says otherwise.

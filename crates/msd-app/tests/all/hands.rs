@@ -6,13 +6,14 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use msd_app::input::{read_pointer, take_commands};
 use msd_app::panel::{self, theme};
-use msd_app::session::{MOST_HELD, MaterialEdit, Session, Tuning, Wind};
+use msd_app::session::{MOST_HELD, MaterialEdit, Session, Wind};
 use msd_app::viewer::{Tool, Viewer, catalogue};
 use msd_core::glam::DVec3;
 use msd_core::obstacles::Placed;
 use msd_core::{Particle, Pin, Scene, Spring, Vector};
 use msd_run::on;
 use msd_scene::Precision;
+use msd_scene::schema::SolverRow;
 
 /// A scene in a window that stands still.
 fn harness(name: &str) -> Harness<'static, Viewer> {
@@ -236,7 +237,7 @@ fn the_force_shown_is_the_weight_of_what_hangs_from_the_pointer() {
     only.scene = Scene { particles: vec![particle], ..Scene::default() };
     let mut session = Session::new(only).expect("a valid scene");
     assert_eq!(session.grab_force(), None);
-    session.tune(Tuning::Precision(Precision::F64));
+    session.tune(SolverRow::precision(Precision::F64));
     session.grab(0, DVec3::ZERO);
     // Of a ratio of 0.7 at 1.5 Hz: within 10 s the swing is down by exp(−0.7 · 1.5 · 2π · 10).
     run(&mut session, 600);
@@ -254,7 +255,7 @@ fn a_steady_wind_is_a_force_on_every_particle_and_takes_no_energy_from_nowhere()
     still.scene.world.gravity = DVec3::ZERO;
     still.scene.planes.clear();
     let mut session = Session::new(still).expect("a valid scene");
-    session.tune(Tuning::Precision(Precision::F64));
+    session.tune(SolverRow::precision(Precision::F64));
     let velocity = |session: &Session| {
         let sum = on!(session.runner(), simulation => {
             simulation.velocities().map(|velocity| velocity.to_f64()).sum::<DVec3>()

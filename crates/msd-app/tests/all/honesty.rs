@@ -2,11 +2,12 @@
 //! that blew up leads to one that stays up.
 
 use crate::frames::{FRAME, loaded, run};
-use msd_app::session::{ErrorNow, MaterialEdit, Session, Tuning, Wind};
+use msd_app::session::{ErrorNow, MaterialEdit, Session, Wind};
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator, Material, Real, Scene, Settings, Vector, shape};
 use msd_run::rescue::{Offer, Origin, Remedy};
 use msd_run::{Finding, on};
+use msd_scene::schema::SolverRow;
 use msd_scene::{Loaded, Precision};
 use msd_study::choice::{Choice, Fineness};
 
@@ -50,13 +51,13 @@ const RK4: Choice = Choice {
 
 /// Everything by which a user changes a run.
 const CHANGES: &[(&str, Change)] = &[
-    ("method", |session| session.tune(Tuning::Integrator(Integrator::ExplicitEuler))),
-    ("implicit", |session| session.tune(Tuning::Integrator(Integrator::BackwardEuler))),
-    ("adaptive", |session| session.tune(Tuning::Integrator(Integrator::DormandPrince))),
-    ("substeps", |session| session.tune(Tuning::Substeps(9))),
-    ("tolerance", |session| session.tune(Tuning::Tolerance(1e-3))),
-    ("newton", |session| session.tune(Tuning::Newton(3))),
-    ("precision", |session| session.tune(Tuning::Precision(Precision::F32))),
+    ("method", |session| session.tune(SolverRow::integrator(Integrator::ExplicitEuler))),
+    ("implicit", |session| session.tune(SolverRow::integrator(Integrator::BackwardEuler))),
+    ("adaptive", |session| session.tune(SolverRow::integrator(Integrator::DormandPrince))),
+    ("substeps", |session| session.tune(SolverRow::substeps(9))),
+    ("tolerance", |session| session.tune(SolverRow::tolerance(1e-3))),
+    ("newton", |session| session.tune(SolverRow::newton(3))),
+    ("precision", |session| session.tune(SolverRow::precision(Precision::F32))),
     ("a choice of the trade", |session| session.adopt(RK4)),
     ("mass", |session| session.edit(MaterialEdit::Mass(0.3))),
     ("stiffness", |session| session.edit(MaterialEdit::Stiffness(3e5))),
@@ -77,7 +78,7 @@ const CHANGES: &[(&str, Change)] = &[
     ("wind", |session| session.set_wind(Wind { strength: 3.0, heading: 0.0, gusts: 0.0 })),
     ("gusts", |session| session.set_wind(Wind { strength: 3.0, heading: 0.0, gusts: 0.5 })),
     ("step back", |session| assert!(session.step_back())),
-    ("automatic substeps", |session| session.tune(Tuning::Automatic(true))),
+    ("automatic substeps", |session| session.tune(SolverRow::automatic())),
     ("cut", |session| session.cut(&[5, 9])),
     ("undo", Session::undo),
     ("undo and redo", |session| {
@@ -94,7 +95,7 @@ const CHANGES: &[(&str, Change)] = &[
 fn no_shown_number_outlives_what_it_was_computed_from() {
     for &(what, change) in CHANGES {
         let mut session = Session::new(loaded("jelly")).expect("a valid scene");
-        session.tune(Tuning::Precision(Precision::F64));
+        session.tune(SolverRow::precision(Precision::F64));
         session.edit(MaterialEdit::Stiffness(1500.0));
         session.pin_toggle(1);
         session.set_estimating(true);
@@ -191,8 +192,8 @@ fn blows_up(session: &mut Session, steps: usize) -> bool {
 /// A run by a method and one substep, in which a number is set to an extreme after half a second.
 fn extreme(method: Integrator, edit: MaterialEdit) -> Session {
     let mut session = Session::new(block()).expect("a valid scene");
-    session.tune(Tuning::Integrator(method));
-    session.tune(Tuning::Substeps(1));
+    session.tune(SolverRow::integrator(method));
+    session.tune(SolverRow::substeps(1));
     if !blows_up(&mut session, 30) {
         session.edit(edit);
     }
@@ -238,7 +239,7 @@ fn every_way_out_leads_to_a_run_that_stays_up() {
 /// Jelly that has just been made far too stiff for one substep.
 fn blown_up() -> Session {
     let mut session = Session::new(loaded("jelly")).expect("a valid scene");
-    session.tune(Tuning::Substeps(1));
+    session.tune(SolverRow::substeps(1));
     session.edit(MaterialEdit::Stiffness(1e5));
     assert!(blows_up(&mut session, 600));
     session

@@ -12,8 +12,8 @@ use msd_core::{Look, Pattern, Select};
 use msd_run::Runner;
 use msd_run::on;
 use msd_run::recording::load_recording;
-use msd_run::replay::{Changes, Replay};
-use msd_scene::schema::Finish;
+use msd_run::replay::Replay;
+use msd_scene::schema::{Finish, SolverRow};
 use msd_scene::{open, state_hash};
 use std::path::Path;
 
@@ -133,7 +133,7 @@ fn scenes_links_runs_and_recordings_keep_looks() {
     assert_eq!(looks(&Runner::open(&saved).expect("a run")), now);
     viewer.session.stop_recording();
     let recording = load_recording(&record).expect("a recording");
-    let mut replay = Replay::new(&recording, Changes::default()).expect("a start");
+    let mut replay = Replay::new(&recording, SolverRow::default()).expect("a start");
     while replay.advance().expect("a step") {}
     assert_eq!(looks(replay.runner()), now);
 }

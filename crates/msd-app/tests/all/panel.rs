@@ -7,13 +7,14 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use msd_app::input::read_pointer;
 use msd_app::panel::{self, theme};
-use msd_app::session::{Deed, MaterialEdit, Solver, Tuning};
+use msd_app::session::{Deed, MaterialEdit};
 use msd_app::viewer::{Command, Viewer, catalogue};
 use msd_core::{Integrator, Real, Vector};
 use msd_render::Quantity;
 use msd_run::on;
 use msd_run::rescue::{Offer, Remedy};
 use msd_scene::Precision;
+use msd_scene::schema::SolverRow;
 
 fn harness() -> Harness<'static, Viewer> {
     harness_of("jelly")
@@ -63,7 +64,7 @@ fn what_is_edited_from_a_press_to_its_release_is_one_edit_however_few_frames_the
     harness.run_steps(3);
     let set = |harness: &Harness<'_, Viewer>| {
         let session = &harness.state().session;
-        (*session.material().values(), Solver::of(session.runner()))
+        (*session.material().values(), session.runner().solver())
     };
     let before = set(&harness);
     let sliders = [
@@ -278,7 +279,7 @@ fn every_method_can_be_chosen_and_runs() {
 fn a_method_has_the_controls_that_it_reads() {
     let mut harness = harness();
     for integrator in Integrator::ALL {
-        harness.state_mut().session.tune(Tuning::Integrator(integrator));
+        harness.state_mut().session.tune(SolverRow::integrator(integrator));
         harness.state_mut().session.advance(0.0, &|| 0.0);
         harness.run_steps(3);
         let there = |label| harness.query_by_role_and_label(Role::Slider, label).is_some();
@@ -298,7 +299,7 @@ fn a_method_has_the_controls_that_it_reads() {
 #[test]
 fn dragging_the_tolerance_sets_it() {
     let mut harness = harness();
-    harness.state_mut().session.tune(Tuning::Integrator(Integrator::DormandPrince));
+    harness.state_mut().session.tune(SolverRow::integrator(Integrator::DormandPrince));
     harness.run_steps(3);
     let tolerance =
         |harness: &Harness<'_, Viewer>| harness.state().session.runner().settings().tolerance;
@@ -415,7 +416,7 @@ fn the_percentage_is_gone_in_the_very_next_frame() {
 fn a_divergence_shows_ways_out_and_what_the_panel_shows() {
     let mut harness = harness();
     let session = &mut harness.state_mut().session;
-    session.tune(Tuning::Substeps(1));
+    session.tune(SolverRow::substeps(1));
     session.edit(MaterialEdit::Stiffness(1e6));
     session.advance(0.0, &|| 0.0);
     (0..600).for_each(|_| {
@@ -445,7 +446,7 @@ fn a_divergence_shows_ways_out_and_what_the_panel_shows() {
 fn the_camera_does_not_follow_debris() {
     let mut harness = harness();
     let viewer = harness.state_mut();
-    viewer.session.tune(Tuning::Substeps(1));
+    viewer.session.tune(SolverRow::substeps(1));
     viewer.session.edit(MaterialEdit::Stiffness(1e6));
     viewer.session.advance(0.0, &|| 0.0);
     for _ in 0..600 {

@@ -3,14 +3,15 @@
 use crate::frames::{loaded, run, session};
 use msd_app::catalogue;
 use msd_app::link::Link;
-use msd_app::session::{Deed, MarkKind, MaterialEdit, Session, Tuning};
+use msd_app::session::{Deed, MarkKind, MaterialEdit, Session};
 use msd_app::viewer::{Command, Viewer};
 use msd_core::{Scene, Vector};
 use msd_run::on;
 use msd_run::recording::load_recording;
-use msd_run::replay::{Changes, Replay};
+use msd_run::replay::Replay;
 use msd_scene::open;
 use msd_scene::parts::Part;
+use msd_scene::schema::SolverRow;
 
 fn parts(session: &mut Session) -> Vec<(Part, bool)> {
     session.look_at_parts();
@@ -121,7 +122,7 @@ fn a_body_of_a_material_is_switched_in_a_few_edits_however_many_values_it_has() 
     std::fs::write(&gel, text).expect("a file");
     let mut session = Session::new(open(&gel).expect("a scene")).expect("a valid scene");
     // Automatic substeps would be those of the run alone, not of its twin.
-    session.tune(Tuning::Substeps(64));
+    session.tune(SolverRow::substeps(64));
     let whole = model(&session);
     let tape = folder.path().join("tape.msdrec");
     session.start_recording(&tape);
@@ -142,7 +143,7 @@ fn a_body_of_a_material_is_switched_in_a_few_edits_however_many_values_it_has() 
     session.stop_recording();
     let tape = load_recording(&tape).expect("a recording");
     assert!(tape.events.len() < 40, "{} events", tape.events.len());
-    let mut replay = Replay::new(&tape, Changes::default()).expect("a run");
+    let mut replay = Replay::new(&tape, SolverRow::default()).expect("a run");
     while replay.advance().expect("it replays") {}
 }
 

@@ -1,10 +1,11 @@
 //! The past of a session: looking back and going on from there, undo, and a twin beside the run.
 
 use crate::frames::{run, session};
-use msd_app::session::{Deed, MarkKind, MaterialEdit, Session, Tuning, Wind};
+use msd_app::session::{Deed, MarkKind, MaterialEdit, Session, Wind};
 use msd_core::glam::DVec3;
 use msd_core::{Integrator, Real, Settings, Vector};
 use msd_run::on;
+use msd_scene::schema::SolverRow;
 use msd_scene::{Precision, state_hash};
 
 /// Steps taken, and the hash of the state.
@@ -176,12 +177,12 @@ fn what_was_set_of_the_solver_is_undone_and_the_model_of_now_stays() {
         (runner.settings(), runner.precision(), runner.is_automatic())
     };
     let start = solver(&session);
-    let deeds: [(Tuning, &str); 5] = [
-        (Tuning::Integrator(Integrator::Rk4), "method"),
-        (Tuning::Substeps(37), "substeps"),
-        (Tuning::Precision(Precision::F64), "precision"),
-        (Tuning::Automatic(true), "automatic substeps"),
-        (Tuning::Integrator(Integrator::DormandPrince), "method"),
+    let deeds: [(SolverRow, &str); 5] = [
+        (SolverRow::integrator(Integrator::Rk4), "method"),
+        (SolverRow::substeps(37), "substeps"),
+        (SolverRow::precision(Precision::F64), "precision"),
+        (SolverRow::automatic(), "automatic substeps"),
+        (SolverRow::integrator(Integrator::DormandPrince), "method"),
     ];
     let mut seen = vec![start];
     for (tuning, words) in deeds {
@@ -192,7 +193,7 @@ fn what_was_set_of_the_solver_is_undone_and_the_model_of_now_stays() {
     }
     // An edit between them is undone on its own.
     session.edit(MaterialEdit::Stiffness(1234.0));
-    session.tune(Tuning::Tolerance(1e-5));
+    session.tune(SolverRow::tolerance(1e-5));
     session.undo();
     assert_eq!((stiffness(&session), solver(&session)), (1234.0, seen[5]));
     session.undo();
@@ -214,10 +215,10 @@ fn what_was_set_of_the_solver_is_undone_and_the_model_of_now_stays() {
     while session.undoes().is_some() {
         session.undo();
     }
-    session.tune(Tuning::Substeps(0));
+    session.tune(SolverRow::substeps(0));
     assert!(session.refusal().is_some() && session.undoes().is_none());
     for substeps in 9..60 {
-        session.tune(Tuning::Substeps(substeps));
+        session.tune(SolverRow::substeps(substeps));
         run(&mut session, 1);
     }
     session.undo();
@@ -267,7 +268,7 @@ fn undo_stops_a_pin_that_was_moved() {
 #[test]
 fn automatic_substeps_of_another_model_do_not_come_back() {
     let mut session = session("jelly");
-    session.tune(Tuning::Automatic(true));
+    session.tune(SolverRow::automatic());
     let substeps = |session: &Session| session.runner().settings().substeps;
     let soft = substeps(&session);
     run(&mut session, 20);

@@ -4,19 +4,20 @@ use crate::frames::{run, session};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use msd_app::panel::{self, theme};
-use msd_app::session::{MaterialEdit, Session, Tuning, Wind};
+use msd_app::session::{MaterialEdit, Session, Wind};
 use msd_app::viewer::{Viewer, catalogue};
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator, Interaction};
 use msd_run::recording::{Event, Recording, load_recording};
-use msd_run::replay::{Changes, Replay};
+use msd_run::replay::Replay;
 use msd_run::rescue::Origin;
+use msd_scene::schema::SolverRow;
 use msd_scene::{Precision, open, state_hash};
 use std::path::Path;
 
 /// The end of a replay: steps, time, and the hash of the state.
 fn replayed(recording: &Recording) -> (u64, f64, u64) {
-    let mut replay = Replay::new(recording, Changes::default()).expect("a start");
+    let mut replay = Replay::new(recording, SolverRow::default()).expect("a start");
     while replay.advance().expect("a step") {}
     let runner = replay.runner();
     (runner.steps(), runner.time(), state_hash(&runner.state()))
@@ -102,18 +103,18 @@ fn sliders_pins_and_solvers_are_replayed_to_the_bit() {
         session.release();
         session.freeze();
         for integrator in Integrator::ALL {
-            session.tune(Tuning::Substeps(40));
-            session.tune(Tuning::Integrator(integrator));
+            session.tune(SolverRow::substeps(40));
+            session.tune(SolverRow::integrator(integrator));
             run(session, 2);
         }
-        session.tune(Tuning::Integrator(Integrator::VelocityVerlet));
-        session.tune(Tuning::Precision(Precision::F64));
+        session.tune(SolverRow::integrator(Integrator::VelocityVerlet));
+        session.tune(SolverRow::precision(Precision::F64));
         run(session, 3);
-        session.tune(Tuning::Precision(Precision::F32));
+        session.tune(SolverRow::precision(Precision::F32));
         session.edit(MaterialEdit::Mass(0.2));
         // Refused, and so not recorded.
         session.edit(MaterialEdit::Mass(-1.0));
-        session.tune(Tuning::Substeps(0));
+        session.tune(SolverRow::substeps(0));
         session.edit(MaterialEdit::Mass(0.2));
         run(session, 3);
     });
@@ -131,7 +132,7 @@ fn steps_back_are_replayed_to_the_bit() {
         session.step_forward();
         // Beyond the start of the recording.
         (0..6).for_each(|_| assert!(session.step_back()));
-        session.tune(Tuning::Precision(Precision::F64));
+        session.tune(SolverRow::precision(Precision::F64));
         assert!(session.step_back());
         session.step_forward();
         session.toggle_pause();
@@ -146,7 +147,7 @@ fn restarts_divergence_and_other_scenes_are_replayed_to_the_bit() {
         session.edit(MaterialEdit::Stiffness(3000.0));
         session.restart();
         run(session, 10);
-        session.tune(Tuning::Substeps(1));
+        session.tune(SolverRow::substeps(1));
         session.edit(MaterialEdit::Stiffness(1e6));
         run(session, 200);
         assert!(session.failure().is_some());
@@ -253,7 +254,7 @@ fn the_button_records_into_a_file_of_a_free_name() {
 #[test]
 fn automatic_substeps_are_replayed_as_they_were_chosen() {
     let mut session = session("foam");
-    session.tune(Tuning::Automatic(true));
+    session.tune(SolverRow::automatic());
     let recording = happens_again(session, |session| {
         run(session, 500);
         session.edit(MaterialEdit::Damping(160.0));

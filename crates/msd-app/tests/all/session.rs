@@ -1,10 +1,11 @@
 //! The session by itself: what a user can do, without a window.
 
 use crate::frames::{FRAME, loaded, run, session};
-use msd_app::session::{ErrorNow, MaterialEdit, Session, Tuning};
+use msd_app::session::{ErrorNow, MaterialEdit, Session};
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator, Real, Select, Vector};
 use msd_run::on;
+use msd_scene::schema::SolverRow;
 use msd_scene::{AnyState, Precision};
 
 /// Steps until there is an estimate of the error.
@@ -100,8 +101,8 @@ fn a_restart_keeps_what_was_set_and_forgets_what_was_done() {
     let mut session = session("jelly");
     let start = session.runner().state();
     session.edit(MaterialEdit::Stiffness(1234.0));
-    session.tune(Tuning::Substeps(11));
-    session.tune(Tuning::Integrator(Integrator::Rk4));
+    session.tune(SolverRow::substeps(11));
+    session.tune(SolverRow::integrator(Integrator::Rk4));
     run(&mut session, 10);
     session.freeze();
     session.pin_toggle(3);
@@ -119,9 +120,9 @@ fn a_restart_keeps_what_was_set_and_forgets_what_was_done() {
 #[test]
 fn a_step_that_would_take_minutes_ends_in_a_failure_that_is_told() {
     let mut session = session("jelly");
-    session.tune(Tuning::Precision(Precision::F64));
-    session.tune(Tuning::Integrator(Integrator::DormandPrince));
-    session.tune(Tuning::Tolerance(1e-10));
+    session.tune(SolverRow::precision(Precision::F64));
+    session.tune(SolverRow::integrator(Integrator::DormandPrince));
+    session.tune(SolverRow::tolerance(1e-10));
     session.edit(MaterialEdit::Stiffness(1e14));
     session.set_twin(Some(session.runner().settings()));
     let before = session.runner().state();
@@ -180,7 +181,7 @@ fn precision_changes_and_the_state_stays() {
     let mut session = session("jelly");
     run(&mut session, 20);
     let AnyState::F32(before) = session.runner().state() else { panic!("jelly runs in f32") };
-    session.tune(Tuning::Precision(Precision::F64));
+    session.tune(SolverRow::precision(Precision::F64));
     let AnyState::F64(after) = session.runner().state() else { panic!("f64 was asked for") };
     assert_eq!(before.positions[7].as_dvec3(), after.positions[7]);
     assert_eq!(session.runner().steps(), 20);
@@ -203,7 +204,7 @@ fn the_stability_light_follows_the_settings() {
     let mut session = session("jelly");
     let share = |session: &Session| session.stability().map(|(share, _)| share);
     let before = share(&session).expect("predicted in the first frame");
-    session.tune(Tuning::Substeps(session.runner().settings().substeps * 2));
+    session.tune(SolverRow::substeps(session.runner().settings().substeps * 2));
     session.advance(FRAME, &|| 0.0);
     let after = share(&session).expect("predicted");
     assert!((after / before - 0.5).abs() < 0.05, "{before} {after}");
@@ -292,7 +293,7 @@ fn freezing_leaves_no_elastic_energy() {
 fn every_method_runs() {
     for integrator in Integrator::ALL {
         let mut session = session("square");
-        session.tune(Tuning::Integrator(integrator));
+        session.tune(SolverRow::integrator(integrator));
         run(&mut session, 30);
         assert_eq!(session.failure(), None, "{integrator}");
         assert_eq!(session.runner().steps(), 30, "{integrator}");
@@ -306,12 +307,12 @@ fn every_method_runs() {
 #[test]
 fn tolerance_and_newton_iterations_are_set_and_kept() {
     let mut session = session("chain");
-    session.tune(Tuning::Tolerance(1e-7));
-    session.tune(Tuning::Newton(3));
+    session.tune(SolverRow::tolerance(1e-7));
+    session.tune(SolverRow::newton(3));
     session.restart();
     let settings = session.runner().settings();
     assert_eq!((settings.tolerance, settings.newton), (1e-7, 3));
-    session.tune(Tuning::Tolerance(0.0));
+    session.tune(SolverRow::tolerance(0.0));
     assert!(session.refusal().is_some_and(|text| text.contains("tolerance")));
     assert_eq!(session.runner().settings(), settings);
 }
@@ -320,7 +321,7 @@ fn tolerance_and_newton_iterations_are_set_and_kept() {
 fn only_explicit_methods_have_a_limit() {
     let mut session = session("chain");
     for integrator in Integrator::ALL {
-        session.tune(Tuning::Integrator(integrator));
+        session.tune(SolverRow::integrator(integrator));
         session.advance(FRAME, &|| 0.0);
         let limited = Integrator::EXPLICIT.contains(&integrator);
         assert_eq!(
@@ -342,7 +343,7 @@ fn estimate(session: &Session) -> Option<f64> {
 /// A session in double precision whose error is estimated.
 fn measured(name: &str) -> Session {
     let mut session = session(name);
-    session.tune(Tuning::Precision(Precision::F64));
+    session.tune(SolverRow::precision(Precision::F64));
     session.set_estimating(true);
     session
 }
@@ -351,7 +352,7 @@ fn measured(name: &str) -> Session {
 fn the_estimate_appears_after_a_window_and_shrinks_with_the_substep() {
     let error = |substeps: u32| {
         let mut session = measured("chain");
-        session.tune(Tuning::Substeps(substeps));
+        session.tune(SolverRow::substeps(substeps));
         run(&mut session, WINDOW - 1);
         assert_eq!(estimate(&session), None);
         run(&mut session, 1);
@@ -367,7 +368,7 @@ fn the_estimate_appears_after_a_window_and_shrinks_with_the_substep() {
 fn the_estimate_appears_for_every_method() {
     for integrator in Integrator::ALL {
         let mut session = measured("chain");
-        session.tune(Tuning::Integrator(integrator));
+        session.tune(SolverRow::integrator(integrator));
         run(&mut session, WINDOW);
         let error = estimate(&session).expect("a window has passed");
         // So calm is the chain that an adaptive run and its copy both take whole steps.
@@ -382,9 +383,9 @@ fn whatever_replaces_the_state_or_the_settings_restarts_the_estimate() {
     let changes: [(&str, Change); 7] = [
         ("step back", |session| assert!(session.step_back())),
         ("restart", Session::restart),
-        ("substeps", |session| session.tune(Tuning::Substeps(9))),
-        ("method", |session| session.tune(Tuning::Integrator(Integrator::Rk4))),
-        ("precision", |session| session.tune(Tuning::Precision(Precision::F32))),
+        ("substeps", |session| session.tune(SolverRow::substeps(9))),
+        ("method", |session| session.tune(SolverRow::integrator(Integrator::Rk4))),
+        ("precision", |session| session.tune(SolverRow::precision(Precision::F32))),
         ("off and on", |session| {
             session.set_estimating(false);
             session.set_estimating(true);
@@ -409,7 +410,7 @@ fn whatever_replaces_the_state_or_the_settings_restarts_the_estimate() {
 #[test]
 fn a_divergence_restarts_the_estimate() {
     let mut session = measured("jelly");
-    session.tune(Tuning::Substeps(1));
+    session.tune(SolverRow::substeps(1));
     run(&mut session, 1);
     session.edit(MaterialEdit::Stiffness(1e6));
     run(&mut session, 600);
@@ -443,7 +444,7 @@ fn estimating_changes_no_bit_of_the_run_and_off_copies_nothing() {
 #[test]
 fn what_the_user_does_is_no_error() {
     let mut session = measured("chain");
-    session.tune(Tuning::Substeps(40));
+    session.tune(SolverRow::substeps(40));
     session.pin_toggle(2);
     session.edit(MaterialEdit::RestScale(1.2));
     let start = session.position(0);
@@ -473,7 +474,7 @@ fn the_worst_particle_is_named() {
 fn automatic_substeps_follow_the_sliders_and_a_restart() {
     let mut session = session("cube");
     let substeps = |session: &Session| session.runner().settings().substeps;
-    session.tune(Tuning::Automatic(true));
+    session.tune(SolverRow::automatic());
     let few = substeps(&session);
     assert!(few < 12, "{few}: the scene asks for more than it needs");
     session.edit(MaterialEdit::Stiffness(6e5));
@@ -483,7 +484,7 @@ fn automatic_substeps_follow_the_sliders_and_a_restart() {
     run(&mut session, 3);
     session.restart();
     assert_eq!((substeps(&session), session.runner().is_automatic()), (many, true));
-    session.tune(Tuning::Substeps(7));
+    session.tune(SolverRow::substeps(7));
     session.edit(MaterialEdit::Stiffness(7e5));
     assert_eq!((substeps(&session), session.runner().is_automatic()), (7, false));
     session.restart();
@@ -492,7 +493,7 @@ fn automatic_substeps_follow_the_sliders_and_a_restart() {
 
 /// Runs foam against a sticky wall until its automatic substeps are renewed.
 fn renewed(session: &mut Session) {
-    session.tune(Tuning::Automatic(true));
+    session.tune(SolverRow::automatic());
     let before = session.runner().settings().substeps;
     let is_renewed = (0..800).any(|_| {
         run(session, 1);

@@ -7,13 +7,12 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use msd_app::link::Link;
 use msd_app::panel::theme;
-use msd_app::session::{
-    Deed, MarkKind, MaterialEdit, MixedValue, Session, TouchEdit, Tuning, shells_of,
-};
+use msd_app::session::{Deed, MarkKind, MaterialEdit, MixedValue, Session, TouchEdit, shells_of};
 use msd_app::viewer::{Command, Viewer, catalogue};
 use msd_core::scene::Between;
 use msd_core::{Select, Shell};
 use msd_run::Runner;
+use msd_scene::schema::SolverRow;
 use msd_scene::{default_shell, open, state_hash};
 
 fn rows(session: &Session) -> &[Shell] {
@@ -136,7 +135,7 @@ fn a_run_whose_touches_were_set_is_that_of_the_scene_that_is_saved_of_it() {
         session.edit_touch(TouchEdit::Friction(0.25));
         let thickness = first(session.touch_values().thickness);
         session.edit_touch(TouchEdit::Thickness(0.75 * thickness));
-        session.tune(Tuning::Substeps(20));
+        session.tune(SolverRow::substeps(20));
         session.restart();
         viewer.command(Command::SaveScene);
         let path = folder.path().join(format!("{scene}-1.toml"));

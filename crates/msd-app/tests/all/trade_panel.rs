@@ -7,12 +7,13 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use msd_app::input::read_pointer;
 use msd_app::panel::{self, theme};
-use msd_app::session::{Deed, ERROR_WINDOW, MaterialEdit, Session, StudyFrom, Tuning, choice_of};
+use msd_app::session::{Deed, ERROR_WINDOW, MaterialEdit, Session, StudyFrom, choice_of};
 use msd_app::viewer::{Viewer, catalogue};
 use msd_core::glam::{DMat3, DVec3};
 use msd_core::{Friction, Integrator, Interaction, Material, Plane, Scene, World, shape};
 use msd_render::Quantity;
 use msd_scene::parts::Part;
+use msd_scene::schema::SolverRow;
 use msd_scene::{Loaded, Precision};
 use msd_study::Study;
 use msd_study::choice::{Choice, FRAME, Fineness};
@@ -59,10 +60,10 @@ fn a_change_of_the_scene_voids_the_study_at_once_and_a_change_of_the_solver_does
     let mut session = session();
     wait_until(&mut session, |session| 3 <= points(session));
     let kept: [fn(&mut Session); 8] = [
-        |session| session.tune(Tuning::Substeps(11)),
-        |session| session.tune(Tuning::Integrator(Integrator::Rk4)),
-        |session| session.tune(Tuning::Precision(Precision::F64)),
-        |session| session.tune(Tuning::Precision(Precision::F32)),
+        |session| session.tune(SolverRow::substeps(11)),
+        |session| session.tune(SolverRow::integrator(Integrator::Rk4)),
+        |session| session.tune(SolverRow::precision(Precision::F64)),
+        |session| session.tune(SolverRow::precision(Precision::F32)),
         |session| session.grab(3, session.position(3)),
         |session| session.release(),
         |session| session.step_forward(),
@@ -97,7 +98,7 @@ fn a_change_of_the_scene_voids_the_study_at_once_and_a_change_of_the_solver_does
 fn the_present_setting_is_measured_whatever_it_is() {
     let mut session = session();
     // On no ladder.
-    session.tune(Tuning::Substeps(37));
+    session.tune(SolverRow::substeps(37));
     let now = choice_of(session.runner()).expect("a whole number of substeps in a frame");
     let is_there = |session: &Session| {
         found(session).is_some_and(|study| study.trials.iter().any(|trial| trial.choice == now))
@@ -120,7 +121,7 @@ fn a_choice_sets_method_fineness_and_precision_and_says_so() {
     assert!(text.contains("to rk4") && text.contains("to 5 substeps"), "{text}");
     assert_eq!(text.contains("to f64"), before != Precision::F64, "{text}");
     // What the user changes by hand is not what the trade changed.
-    session.tune(Tuning::Substeps(6));
+    session.tune(SolverRow::substeps(6));
     assert_eq!(session.adopted(), None);
     let adaptive = Choice {
         integrator: Integrator::DormandPrince,
@@ -134,8 +135,8 @@ fn a_choice_sets_method_fineness_and_precision_and_says_so() {
 #[test]
 fn a_search_finds_a_setting_within_the_error_takes_it_and_says_what_changed() {
     let mut session = session();
-    session.tune(Tuning::Integrator(Integrator::ExplicitEuler));
-    session.tune(Tuning::Substeps(300));
+    session.tune(SolverRow::integrator(Integrator::ExplicitEuler));
+    session.tune(SolverRow::substeps(300));
     let error = 1e-4;
     session.search(Goal::MaxError(error));
     assert!(session.searched().is_some_and(|search| search.words().contains("waiting")));
@@ -166,7 +167,7 @@ fn a_search_finds_a_setting_within_the_error_takes_it_and_says_what_changed() {
     assert_eq!(choice_of(session.runner()), Some(now));
     assert_eq!(session.searched().map(|search| search.words()), Some(words));
     // It is taken once: what the user sets afterwards stays.
-    session.tune(Tuning::Substeps(77));
+    session.tune(SolverRow::substeps(77));
     session.advance(FRAME, &|| 0.0);
     assert_eq!(session.runner().settings().substeps, 77);
 }
@@ -234,7 +235,7 @@ fn the_worth_of_the_parts_comes_and_says_how_the_scene_was_stepped_until_it_is_k
     assert!(known.iter().any(|row| row.term == "gravity"));
     assert!(session.former_terms().is_none());
     let was = choice_of(session.runner()).expect("a choice").to_string();
-    session.tune(Tuning::Substeps(9));
+    session.tune(SolverRow::substeps(9));
     assert!(session.terms().is_none());
     session.advance(FRAME, &|| 0.0);
     let former = session.former_terms().expect("what was known");
@@ -263,7 +264,7 @@ fn a_setting_taken_from_the_diagram_is_tried_from_the_state_of_now() {
     let why = session.fault_of_adopted().expect("a fault");
     assert!(why.contains("that nothing supplied"), "{why}");
     // What is chosen next is tried anew, and what is sound has no fault.
-    session.tune(Tuning::Integrator(Integrator::VelocityVerlet));
+    session.tune(SolverRow::integrator(Integrator::VelocityVerlet));
     assert_eq!(session.fault_of_adopted(), None);
 }
 
@@ -397,6 +398,6 @@ fn particles_are_coloured_by_their_error_as_long_as_it_is_known() {
     assert_eq!(errors.len(), viewer.session.runner().particle_count());
     let most = errors.iter().copied().fold(0.0, f32::max);
     assert!(0.0 < most && viewer.scale().is_some(), "{most}");
-    viewer.session.tune(Tuning::Substeps(9));
+    viewer.session.tune(SolverRow::substeps(9));
     assert!(viewer.errors().is_none() && viewer.scale().is_none());
 }

@@ -8,9 +8,10 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use glam::Vec3;
 use msd_app::input::take_drops;
-use msd_app::session::{MaterialEdit, Tuning, Wind};
+use msd_app::session::{MaterialEdit, Wind};
 use msd_app::viewer::{Command, Guide, GuideStep, Preferences, Viewer, catalogue};
 use msd_core::{Friction, Integrator, Select};
+use msd_scene::schema::SolverRow;
 use msd_scene::{Precision, open, state_hash};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -106,9 +107,9 @@ fn a_saved_run_goes_on_with_the_same_bits() {
 /// Sets what a scene file can say.
 fn set_values(viewer: &mut Viewer) {
     let session = &mut viewer.session;
-    session.tune(Tuning::Integrator(Integrator::Rk4));
-    session.tune(Tuning::Substeps(11));
-    session.tune(Tuning::Precision(Precision::F64));
+    session.tune(SolverRow::integrator(Integrator::Rk4));
+    session.tune(SolverRow::substeps(11));
+    session.tune(SolverRow::precision(Precision::F64));
     session.edit(MaterialEdit::Gravity(2.5));
     session.edit(MaterialEdit::Restitution(0.25));
     session.edit(MaterialEdit::Friction(Friction::Coulomb(0.75)));
@@ -156,8 +157,8 @@ fn automatic_substeps_by_their_other_name_are_saved_under_their_own() {
     let mut viewer = viewer(path.to_str().expect("a plain path"), folder.path());
     assert!(viewer.session.runner().is_automatic());
     for (tuning, line) in [
-        (Tuning::Integrator(Integrator::Rk4), "substeps = \"auto\""),
-        (Tuning::Substeps(7), "substeps = 7"),
+        (SolverRow::integrator(Integrator::Rk4), "substeps = \"auto\""),
+        (SolverRow::substeps(7), "substeps = 7"),
     ] {
         viewer.session.tune(tuning);
         viewer.command(Command::SaveScene);
@@ -201,14 +202,14 @@ fn the_command_is_that_of_the_scene_or_of_a_run_saved_for_it() {
     };
     assert_eq!(copied(&mut harness), "msd view chain");
     let session = &mut harness.state_mut().session;
-    session.tune(Tuning::Integrator(Integrator::BackwardEuler));
-    session.tune(Tuning::Substeps(7));
-    session.tune(Tuning::Newton(2));
+    session.tune(SolverRow::integrator(Integrator::BackwardEuler));
+    session.tune(SolverRow::substeps(7));
+    session.tune(SolverRow::newton(2));
     let line = copied(&mut harness);
     let options = "--integrator backward-euler --substeps 7 --newton 2";
     assert_eq!(line, format!("msd view chain {options}"));
     // What was rounded to single precision is no start in double precision.
-    harness.state_mut().session.tune(Tuning::Precision(Precision::F64));
+    harness.state_mut().session.tune(SolverRow::precision(Precision::F64));
     assert!(copied(&mut harness).ends_with("chain-1.msd"));
     harness.state_mut().command(Command::StepForward);
     let line = copied(&mut harness);
@@ -516,7 +517,7 @@ fn every_control_has_a_name() {
     assert!(harness.query_by_role_and_label(Role::Slider, "Heading").is_some());
     assert_eq!(nameless(&harness), none, "with wind, help, guide, twin, trade and a grab");
     for integrator in [Integrator::ImplicitMidpoint, Integrator::DormandPrince] {
-        harness.state_mut().session.tune(Tuning::Integrator(integrator));
+        harness.state_mut().session.tune(SolverRow::integrator(integrator));
         harness.run_steps(2);
         assert_eq!(nameless(&harness), none, "{integrator}");
     }
@@ -540,7 +541,7 @@ fn every_control_of_a_failure_and_of_several_bodies_has_a_name() {
     let mut harness = harness(viewer("jelly", Path::new("")), [1280.0, 1400.0]);
     let none: Vec<String> = Vec::new();
     let session = &mut harness.state_mut().session;
-    session.tune(Tuning::Substeps(1));
+    session.tune(SolverRow::substeps(1));
     session.edit(MaterialEdit::Stiffness(1e6));
     (0..600).for_each(|_| {
         session.advance(1.0 / 60.0 + 1e-9, &|| 0.0);

@@ -5,9 +5,10 @@ use msd_core::{Integrator, Interaction, Real, Select};
 use msd_run::recording::{
     Event, Recorder, Recording, load_recording, read_recording, salvage_recording,
 };
-use msd_run::replay::{Changes, Replay};
+use msd_run::replay::Replay;
 use msd_run::twin::{NOTICEABLE, Twin};
 use msd_run::{Runner, on};
+use msd_scene::schema::{OrAuto, SolverRow};
 use msd_scene::{FileError, Loaded, Precision, open, state_hash};
 use std::path::PathBuf;
 use tempfile::TempDir;
@@ -76,7 +77,7 @@ fn tape(precision: Precision) -> Tape {
     tape
 }
 
-fn replayed<'a>(recording: &'a Recording, changes: Changes) -> Replay<'a> {
+fn replayed<'a>(recording: &'a Recording, changes: SolverRow) -> Replay<'a> {
     let mut replay = Replay::new(recording, changes).expect("a start");
     while replay.advance().expect("a step") {}
     replay
@@ -88,7 +89,7 @@ fn a_replay_ends_with_the_same_bits_and_knows_it() {
         let (recording, runner) = tape(precision).end();
         assert_eq!(recording.steps(), 108);
         assert!(!recording.is_cut_short);
-        let replay = replayed(&recording, Changes::default());
+        let replay = replayed(&recording, SolverRow::default());
         assert!(replay.runner().progress() == runner.progress());
         assert_eq!(recording.hash(), Some(state_hash(&runner.state())));
     }
@@ -116,7 +117,7 @@ fn every_event_of_a_window_is_replayed_to_the_bit() {
     tape.recorder.add(&Event::Start(Box::new(start))).expect("room on the disk");
     tape.step(30);
     let (recording, runner) = tape.end();
-    let replay = replayed(&recording, Changes::default());
+    let replay = replayed(&recording, SolverRow::default());
     assert!(replay.runner().progress() == runner.progress());
 }
 
@@ -199,7 +200,7 @@ fn an_event_that_does_not_fit_its_run_is_an_error_and_no_panic() {
         Event::Settings(msd_core::Settings { substeps: 0, ..Default::default() }),
     ] {
         recording.events.insert(0, event.clone());
-        let mut replay = Replay::new(&recording, Changes::default()).expect("a start");
+        let mut replay = Replay::new(&recording, SolverRow::default()).expect("a start");
         assert!(replay.advance().is_err(), "{event:?}");
         recording.events.remove(0);
     }
@@ -208,7 +209,7 @@ fn an_event_that_does_not_fit_its_run_is_an_error_and_no_panic() {
 #[test]
 fn a_twin_with_the_same_solver_stays_at_no_distance() {
     let (recording, _) = tape(Precision::F64).end();
-    let same = Changes { integrator: Some(Integrator::VelocityVerlet), ..Changes::default() };
+    let same = SolverRow::integrator(Integrator::VelocityVerlet);
     let mut twin = Twin::new(&recording, same).expect("a start");
     let mut rows = 0;
     while let Some(apart) = twin.advance().expect("a step") {
@@ -231,7 +232,7 @@ fn a_twin_of_the_first_order_drifts_in_proportion_to_its_step() {
     tape.step(30);
     let (recording, _) = tape.end();
     let distance = |substeps| {
-        let changes = Changes { substeps: Some(substeps), ..Changes::default() };
+        let changes = SolverRow::substeps(substeps);
         let mut twin = Twin::new(&recording, changes).expect("a start");
         while twin.advance().expect("a step").is_some() {}
         twin.last().rms
@@ -244,11 +245,11 @@ fn a_twin_of_the_first_order_drifts_in_proportion_to_its_step() {
 #[test]
 fn a_twin_tells_when_the_distance_becomes_noticeable() {
     let (recording, _) = tape(Precision::F64).end();
-    let changes = Changes {
+    let changes = SolverRow {
         integrator: Some(Integrator::BackwardEuler),
-        substeps: Some(1),
+        substeps: Some(OrAuto::Given(1)),
         precision: Some(Precision::F32),
-        ..Changes::default()
+        ..SolverRow::default()
     };
     let mut twin = Twin::new(&recording, changes).expect("a start");
     let mut first = None;
@@ -271,7 +272,7 @@ fn a_grab_is_as_strong_in_a_twin_with_shorter_steps() {
     tape.act(grab([1.0, 3.0, 0.0], 1e4));
     tape.step(1);
     let (recording, runner) = tape.end();
-    let changes = Changes { substeps: Some(64), ..Changes::default() };
+    let changes = SolverRow::substeps(64);
     let replay = replayed(&recording, changes);
     let stiffness = |runner: &Runner| {
         on!(runner, simulation => {
@@ -291,7 +292,7 @@ fn a_run_in_gusts_happens_again_to_the_bit() {
     tape.act(Interaction::Cut { spring: 700 });
     tape.step(20);
     let (recording, runner) = tape.end();
-    let replay = replayed(&recording, Changes::default());
+    let replay = replayed(&recording, SolverRow::default());
     assert_eq!(state_hash(&replay.runner().state()), state_hash(&runner.state()));
     // A saved run, written and read, goes on alike.
     let saved = runner.to_loaded("saved", "a flag");

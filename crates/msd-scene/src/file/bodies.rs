@@ -54,6 +54,9 @@ impl Builder<'_> {
             Kind::Mesh => self.mesh(row, body)?,
             Kind::Explicit => self.explicit(row, body)?,
         };
+        let scale = body.rest_scale.unwrap_or(1.0);
+        let scale = self.source.number(format_args!("bodies[{row}].rest_scale"), scale)?;
+        built.part.springs.iter_mut().for_each(|spring| spring.rest_length *= scale);
         self.place(row, body, &mut built.part)?;
         self.check_masses(row, body, &built.part)?;
         self.check_apart(row, body, &built.part)?;

@@ -11,7 +11,7 @@ use crate::file::obstacles::{Solids, plane};
 use crate::file::schema::elsewhere::elsewhere;
 use crate::file::schema::{AirRow, GustRow, OrAuto, SceneFile, SolverRow, WindRow, WorldRow};
 use crate::file::sets::NamedSets;
-use crate::file::sets::links::links;
+use crate::file::sets::links::{Links, links};
 use crate::file::sets::materials::set_materials;
 use crate::file::sets::pins::{load, masses, pins};
 use crate::file::substance::overburdened;
@@ -25,6 +25,7 @@ use crate::shown::tame;
 use crate::viewpoint::Viewpoint;
 use msd_core::glam::DVec3;
 use msd_core::{Air, Gust, Integrator, Lead, Scene, Settings, World};
+use std::ops::Range;
 
 /// A scene file that has been understood.
 pub(crate) struct Understood {
@@ -36,6 +37,7 @@ pub(crate) struct Understood {
     pub(crate) camera: Viewpoint,
     pub(crate) notes: Vec<String>,
     pub(crate) made: Vec<Option<Made>>,
+    pub(crate) rest_scales: Vec<(Range<usize>, f64)>,
     pub(crate) wind: Option<(Wind, DVec3)>,
 }
 
@@ -102,10 +104,13 @@ pub(crate) fn understand_rows(
     let sets = NamedSets::new(source, &file.sets, (&scene, &own_sets))?;
     let (pins, guides) = pins(&sets, (&file.pins, &file.world.solids))?;
     let loads = masses(&sets, &file.masses)?;
-    let links = links(&sets, &file.links, &mut budget)?;
+    let Links { springs, scales, anchors } =
+        links(&sets, (&file.links, &file.world.solids), &mut budget)?;
     notes.extend(sets.numbered(&file));
     (scene.pins, scene.guides) = (pins, guides);
-    scene.springs.extend(links);
+    let rest_scales = rest_scales(&scene, &file, scales);
+    scene.springs.extend(springs);
+    anchors.add_to(&mut scene);
     load(source, &mut scene, (&file.bodies, &loads))?;
     if let Some(height) = source.drop {
         raise(&mut scene, height);
@@ -119,7 +124,32 @@ pub(crate) fn understand_rows(
     let title = file.title;
     // They quote names of bodies and files.
     let notes = notes.iter().map(|note| tame(note)).collect();
-    Ok(Understood { title, scene, settings, automatic, precision, camera, notes, made, wind })
+    Ok(Understood {
+        title,
+        scene,
+        settings,
+        automatic,
+        precision,
+        camera,
+        notes,
+        made,
+        rest_scales,
+        wind,
+    })
+}
+
+/// The springs of each body and of each row of links, which follow those of a scene, with what their
+/// rest lengths are multiplied by.
+fn rest_scales(
+    scene: &Scene,
+    file: &SceneFile,
+    links: Vec<(Range<usize>, f64)>,
+) -> Vec<(Range<usize>, f64)> {
+    let own = scene.springs.len();
+    let bodies = scene.bodies.iter().zip(&file.bodies);
+    let bodies = bodies.map(|(body, row)| (body.springs.clone(), row.rest_scale.unwrap_or(1.0)));
+    let moved = |(rows, scale): (Range<usize>, f64)| (own + rows.start..own + rows.end, scale);
+    bodies.chain(links.into_iter().map(moved)).collect()
 }
 
 /// Moves all particles up or down so that the lowest is at a height, metres.

@@ -21,7 +21,7 @@ use crate::file::substance::first_key;
 use crate::file::tree::Source;
 use crate::mesh::{Mesh, MeshError, MeshOptions, edge_ends, is_solid, own_spacing, subdivided};
 use glam::DVec3;
-use msd_core::{Body, Lattice, Material, Neighbours, Pin, Scene, Spring};
+use msd_core::{Body, Guide, Lattice, Lead, Material, Neighbours, Pin, Scene, Spring};
 use std::collections::BTreeMap;
 
 /// A scene file at a part of its spacing.
@@ -282,6 +282,14 @@ fn end(
     (nestings, parts): (&[Nesting], u64),
 ) -> Result<EndRow, FileError> {
     let body = coarse.bodies.partition_point(|body| body.particles.end <= particle);
+    if body == coarse.bodies.len() {
+        let holds = |guide: &&Guide| guide.held.iter().any(|(held, _)| *held == particle);
+        let solid = match coarse.guides.iter().find(holds).map(|guide| &guide.lead) {
+            Some(&Lead::Solid(solid)) => Some(BodyKey::Number(solid as u64)),
+            _ => None,
+        };
+        return Ok(EndRow { solid, ..EndRow::default() });
+    }
     let number = particle - coarse.bodies[body].particles.start;
     let row = EndRow { body: Some(BodyKey::Number(body as u64)), ..EndRow::default() };
     match &nestings[body] {
@@ -321,7 +329,7 @@ fn masses(
     let loads = added(sets, rows)?;
     let row = |(particle, mass)| {
         let end = end(source, ("masses", particle), coarse, (nestings, parts))?;
-        let EndRow { body, particle, at, set } = end;
+        let EndRow { body, particle, at, set, .. } = end;
         Ok(MassRow { body, particle, at, set, mass })
     };
     loads.into_iter().map(row).collect()
@@ -372,6 +380,7 @@ fn links(
             to: end(spring.ends[1])?,
             within: None,
             rest_length: Some(spring.rest_length),
+            rest_scale: None,
             stiffness: Some(spring.stiffness),
             damping: Some(spring.damping),
         })

@@ -4,6 +4,7 @@ mod bad_files;
 mod guided_pins;
 mod half_spaces;
 mod json_schema;
+mod links_to_solids;
 mod materials;
 mod mesh;
 mod mesh_body;

@@ -53,10 +53,7 @@ impl Task {
     ///
     /// # Errors
     /// A scene that cannot be run; what [`Monitor::proceed`] returns.
-    pub fn run(
-        &self,
-        monitor: &mut dyn Monitor,
-    ) -> Result<Vec<(String, Datum)>, Halt<FileError>> {
+    pub fn run(&self, monitor: &mut dyn Monitor) -> Result<Vec<(String, Datum)>, Halt<FileError>> {
         let draft = self.draft();
         let loaded = draft.load(&draft.source()?)?;
         let slot = self.error.then(|| References::new(1).slot(&self.hash));

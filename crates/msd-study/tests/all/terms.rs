@@ -17,6 +17,7 @@ fn loaded(scene: Scene, precision: Precision) -> Loaded {
         notes: Vec::new(),
         files: Vec::new(),
         made: Vec::new(),
+        rest_scales: Vec::new(),
         wind: Default::default(),
         progress: None,
     }

@@ -10,10 +10,11 @@ use crate::cli::failure::{Failure, hush, note};
 use crate::cli::steps::Interrupt;
 use msd_core::Error;
 use msd_run::recording::{Recording, load_recording, load_salvaged};
-use msd_run::replay::{Change, Changes, Replay};
+use msd_run::replay::{Change, Replay};
 use msd_run::rescue::LASTING;
 use msd_run::twin::{Apart, Twin};
 use msd_run::{Runner, Watch};
+use msd_scene::schema::{OrAuto, SolverRow};
 use msd_scene::{Viewpoint, plain, shown_path, state_hash};
 use std::path::Path;
 use web_time::{Duration, Instant};
@@ -27,7 +28,7 @@ pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     let changes = changes(&arguments.solver)?;
     let refused = |error: Error| Failure::input(format!("{file}: {error}"));
     let mut course = Course::new(&recording, changes).map_err(refused)?;
-    if changes.is_none() && arguments.distances.is_some() {
+    if changes == SolverRow::default() && arguments.distances.is_some() {
         let reason = "--distances needs another solver to compare with, as by --precision f64";
         return Err(Failure::input(reason));
     }
@@ -77,7 +78,8 @@ fn load(path: &Path, salvage: bool) -> Result<Recording, Failure> {
     })
 }
 
-fn changes(solver: &SolverArguments) -> Result<Changes, Failure> {
+/// The solver that a replay is to have instead of that recorded.
+fn changes(solver: &SolverArguments) -> Result<SolverRow, Failure> {
     let SolverArguments { integrator, substeps, tolerance, newton, precision, .. } = *solver;
     let substeps = match substeps {
         Some(Substeps::Auto) => {
@@ -85,10 +87,11 @@ fn changes(solver: &SolverArguments) -> Result<Changes, Failure> {
                           were recorded, or a number";
             return Err(Failure::input(reason));
         }
-        Some(Substeps::Count(count)) => Some(count),
+        Some(Substeps::Count(count)) => Some(OrAuto::Given(count.into())),
         None => None,
     };
-    Ok(Changes { integrator, substeps, tolerance, newton, precision })
+    let newton = newton.map(u64::from);
+    Ok(SolverRow { integrator, substeps, tolerance, newton, precision, ..SolverRow::default() })
 }
 
 /// A replay as a run that is about to start, for its report.
@@ -141,8 +144,8 @@ enum Course<'a> {
 }
 
 impl<'a> Course<'a> {
-    fn new(recording: &'a Recording, changes: Changes) -> Result<Self, Error> {
-        if changes.is_none() {
+    fn new(recording: &'a Recording, changes: SolverRow) -> Result<Self, Error> {
+        if changes == SolverRow::default() {
             Ok(Course::Alone(Box::new(Replay::new(recording, changes)?)))
         } else {
             Ok(Course::Beside(Box::new(Twin::new(recording, changes)?)))

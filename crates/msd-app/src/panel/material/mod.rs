@@ -186,9 +186,10 @@ fn material(ui: &mut Ui, session: &mut Session, made: Made) -> Rect {
             change(ui, ("Thickness", "bodies.thickness"), number(thickness), 1e-5..=0.1, 1e-5);
         edits.extend(value.map(MaterialEdit::Thickness));
     }
-    let scale = number(session.material().values().rest_scale);
-    let (value, _) = change(ui, ("Rest length", ""), scale, 0.25..=4.0, 0.25);
-    edits.extend(value.map(MaterialEdit::RestScale));
+    if let Some(scale) = session.material().values().rest_scale {
+        let (value, _) = change(ui, ("Rest length", ""), scale, 0.25..=4.0, 0.25);
+        edits.extend(value.map(MaterialEdit::RestScale));
+    }
     edits.into_iter().for_each(|edit| session.edit(edit));
     rect
 }
@@ -326,8 +327,9 @@ fn springs(ui: &mut Ui, session: &mut Session) -> Option<Rect> {
         let text = "of springs only: bends and cells keep what the material gives them";
         ui.label(RichText::new(text).small().color(theme::FAINT));
     }
-    let scale = MixedValue { first: shown.rest_scale, mixed: false };
-    if let (Some(value), _) = change(ui, ("Rest length", ""), scale, 0.25..=4.0, 0.25) {
+    if let Some(scale) = shown.rest_scale
+        && let (Some(value), _) = change(ui, ("Rest length", ""), scale, 0.25..=4.0, 0.25)
+    {
         session.edit(MaterialEdit::RestScale(value));
     }
     Some(rect)

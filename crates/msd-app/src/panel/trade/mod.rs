@@ -302,8 +302,8 @@ fn caveats(study: &Study) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::session::Tuning;
     use msd_core::Integrator;
+    use msd_scene::schema::SolverRow;
 
     #[test]
     fn the_label_of_every_method_has_a_colour_of_its_own() {
@@ -317,9 +317,9 @@ mod tests {
     fn what_is_not_measured_has_no_place() {
         let loaded = msd_scene::open("chain").expect("a built-in scene");
         let mut session = Session::new(loaded).expect("a valid scene");
-        session.tune(Tuning::Integrator(Integrator::BackwardEuler));
+        session.tune(SolverRow::integrator(Integrator::BackwardEuler));
         assert!(choice_of(session.runner()).is_some());
-        session.tune(Tuning::Newton(3));
+        session.tune(SolverRow::newton(3));
         assert_eq!(choice_of(session.runner()), None);
     }
 }

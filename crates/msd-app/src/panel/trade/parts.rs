@@ -3,9 +3,10 @@
 
 use super::super::{heading, theme};
 use super::small;
-use crate::session::{Report, Session, Tuning};
+use crate::session::{Report, Session};
 use egui::{Label, RichText, Ui};
 use msd_scene::Precision;
+use msd_scene::schema::SolverRow;
 use msd_study::quantity::{estimate, rounded};
 use msd_study::terms::TermRow;
 
@@ -30,7 +31,7 @@ pub(super) fn show(ui: &mut Ui, session: &mut Session) {
     let price = worth_of(if is_double { "double precision" } else { "single precision" });
     if switch(ui, "double precision", is_double, (PRECISION, price)) {
         let other = if is_double { Precision::F32 } else { Precision::F64 };
-        session.tune(Tuning::Precision(other));
+        session.tune(SolverRow::precision(other));
     }
     // What cannot be switched while it runs.
     if let Some(price) = worth_of(EACH_SPRING) {

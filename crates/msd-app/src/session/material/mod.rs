@@ -11,7 +11,7 @@ use msd_core::{Friction, Interaction, Model, Real, Scene, Select, Vector};
 use msd_run::live::{Target, keep_off, off_again, set_all};
 use msd_run::{Runner, on};
 use msd_scene::materials::{Made, Named};
-use msd_scene::{Assignment, Edits};
+use msd_scene::{Assignment, Edits, Loaded};
 
 /// A number of the selected bodies, or of the world, that the user sets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,33 +71,31 @@ pub(super) const WIND: &str = "world.wind";
 pub struct Material {
     /// What was set of keys of the scene, to be set again after a restart.
     pub(super) set: Edits,
-    /// How much longer springs are at rest than those of the scene, since the last restart.
-    scales: Vec<(Select, f64)>,
-    /// What each body is made of now; none of one that is given by masses and springs.
-    pub(super) made: Vec<Option<Made>>,
+    /// What the bodies are made of now, and how they are stretched.
+    pub(super) target: Target,
     values: MaterialValues,
 }
 
 impl Material {
     /// That of a scene, of which nothing was set yet.
-    pub(super) fn of(made: &[Option<Made>]) -> Self {
-        Material { made: made.to_vec(), ..Material::default() }
+    pub(super) fn of(loaded: &Loaded) -> Self {
+        Material { target: Target::written(loaded), ..Material::default() }
     }
 
     /// What each body is made of now; none of one that is given by masses and springs, nothing
     /// where no body is known to be made of anything.
     pub fn made(&self) -> &[Option<Made>] {
-        &self.made
+        &self.target.made
     }
 
     /// The selected body and what it is made of, if it is one that is made of a material.
     pub fn selected(&self) -> Option<(usize, Made)> {
-        let body = match (self.values.select, self.made.len()) {
+        let body = match (self.values.select, self.made().len()) {
             (Select::Body(body), _) => body,
             (Select::All, 1) => 0,
             _ => return None,
         };
-        Some((body, (*self.made.get(body)?)?))
+        Some((body, (*self.made().get(body)?)?))
     }
 
     /// What the sliders show.
@@ -121,43 +119,50 @@ impl Material {
         edit.into_iter().for_each(|edit| self.set.set(edit));
     }
 
-    /// How much longer springs are at rest than those of the scene, since the last restart.
-    pub fn scales(&self) -> Vec<Interaction> {
-        let scale =
-            |&(springs, factor): &(Select, f64)| Interaction::ScaleRestLength { springs, factor };
-        self.scales.iter().map(scale).collect()
-    }
-
     /// Forgets the edits, as the scene is to have its own values again.
-    pub(super) fn forget(&mut self, made: &[Option<Made>]) {
+    pub(super) fn forget(&mut self, loaded: &Loaded) {
         self.set.clear();
-        self.made = made.to_vec();
+        self.target = Target::written(loaded);
     }
 
     /// Chooses what the sliders act on: all, or one body.
     pub(super) fn select(&mut self, select: Select) {
         self.values.select = select;
-        // Each body may have been scaled on its own: the slider starts over.
-        self.values.rest_scale = 1.0;
+    }
+
+    /// The keys of the rest lengths that the sliders act on, of a scene of so many bodies.
+    fn rest_keys(&self, bodies: usize) -> Vec<String> {
+        match self.values.select {
+            Select::Body(body) => vec![format!("bodies[{body}].rest_scale")],
+            _ if bodies < self.target.rest_scales.len() => {
+                vec!["bodies.rest_scale".into(), "links.rest_scale".into()]
+            }
+            _ => vec!["bodies.rest_scale".into()],
+        }
     }
 
     /// Makes the present rest lengths those that the slider counts from, as they were frozen.
-    fn reset_rest_scale(&mut self) {
-        let frozen = self.values.select;
-        self.scales.retain(|(select, _)| frozen != Select::All && *select != frozen);
-        self.values.rest_scale = 1.0;
+    fn reset_rest_scale(&mut self, bodies: usize) {
+        self.rest_keys(bodies).iter().for_each(|key| self.set.forget(key));
+        let select = self.values.select;
+        let is_frozen = |row: usize| !matches!(select, Select::Body(body) if body != row);
+        let scales = self.target.rest_scales.iter_mut().enumerate();
+        scales.filter(|(row, _)| is_frozen(*row)).for_each(|(_, (_, scale))| *scale = 1.0);
     }
 
-    /// Forgets what was done to rest lengths, as the scene's come back.
-    pub(super) fn forget_rest_lengths(&mut self) {
-        self.scales.clear();
-        self.values.rest_scale = 1.0;
+    /// What the rest lengths that the sliders act on are multiplied by.
+    fn rest_scales(&self) -> impl Iterator<Item = f64> + '_ {
+        let select = self.values.select;
+        let is_selected = move |row: usize| !matches!(select, Select::Body(body) if body != row);
+        let rows = self.target.rest_scales.iter().enumerate();
+        rows.filter(move |(row, _)| is_selected(*row)).map(|(_, (_, scale))| *scale)
     }
 
     /// Reads the values of a run again.
     pub(super) fn read(&mut self, runner: &Runner) {
-        let MaterialValues { select, rest_scale, .. } = self.values;
+        let select = self.values.select;
         let values = on!(runner, simulation => read(simulation.model(), select));
+        let rest_scale = MixedValue::of(self.rest_scales()).filter(|_| values.stiffness.is_some());
         self.values = MaterialValues { rest_scale, ..values };
     }
 
@@ -209,19 +214,10 @@ impl Material {
             MaterialEdit::Friction(Friction::TangentialLoss(value)) => {
                 of_planes("tangential_loss", value)
             }
-            MaterialEdit::RestScale(_) => Vec::new(),
-        }
-    }
-
-    /// Keeps that springs are so many times as long at rest as before.
-    pub(super) fn keep_scale(&mut self, springs: Select, factor: f64) {
-        match self.scales.iter_mut().find(|(select, _)| *select == springs) {
-            Some((_, scale)) => *scale *= factor,
-            None => self.scales.push((springs, factor)),
-        }
-        self.scales.retain(|&(_, scale)| scale != 1.0);
-        if springs == self.values.select {
-            self.values.rest_scale *= factor;
+            MaterialEdit::RestScale(value) => {
+                let keys = self.rest_keys(scene.bodies.len()).into_iter();
+                keys.map(|key| Assignment::new(&key, value)).collect()
+            }
         }
     }
 }
@@ -232,40 +228,21 @@ impl Session {
     pub fn freeze(&mut self) {
         self.remember(Deed::Freeze);
         self.act(Interaction::Freeze { springs: self.material.values().select });
-        self.material.reset_rest_scale();
+        self.material.reset_rest_scale(self.loaded.scene.bodies.len());
     }
 
     /// Sets a number of the selected bodies, or of the world.
     pub fn edit(&mut self, edit: MaterialEdit) {
         let begins = self.remember(Deed::Edit(edit.words()));
-        let accepted = match edit {
-            MaterialEdit::RestScale(scale) => self.scale(scale),
-            _ => {
-                let keys = self.material.keys(edit, self.run.runner(), &self.loaded.scene);
-                self.set(keys)
-            }
-        };
-        if begins && !accepted {
+        let keys = self.material.keys(edit, self.run.runner(), &self.loaded.scene);
+        if !self.set(keys) && begins {
             self.undo.withdraw();
         }
     }
 
-    /// Makes the selected springs so many times as long at rest as those of the scene.
-    fn scale(&mut self, scale: f64) -> bool {
-        let MaterialValues { select: springs, rest_scale, .. } = self.material.values;
-        let factor = scale / rest_scale;
-        let accepted = self.act(Interaction::ScaleRestLength { springs, factor });
-        if accepted {
-            self.material.keep_scale(springs, factor);
-            // The very number that was set, which products miss by rounding.
-            self.material.values.rest_scale = scale;
-        }
-        accepted
-    }
-
     /// Sets keys of the scene, in the run too: all or none, and returns whether they were accepted.
     pub(super) fn set(&mut self, keys: Vec<Assignment>) -> bool {
-        let mut target = Target::of(self.runner(), &self.material.made);
+        let mut target = self.material.target.clone().of(self.runner());
         let (mut set, mut acts) = (self.material.set.clone(), self.on_again(&keys));
         let off = self.off_but_for(&keys);
         for key in keys {
@@ -286,28 +263,24 @@ impl Session {
             false => self.act_all(&acts),
         };
         if accepted {
-            (self.material.set, self.material.made) = (set, target.made);
+            (self.material.set, self.material.target) = (set, target);
+            self.material.read(self.run.runner());
         }
         accepted
     }
 
-    /// Makes edits that were made elsewhere, as a link holds them: keys, and rest lengths.
-    pub fn edit_again(&mut self, set: &Edits, scales: &[Interaction]) {
+    /// Makes edits that were made elsewhere, as a link holds them: all keys but those of the solver.
+    pub fn edit_again(&mut self, mut set: Edits) {
         let Session { run, loaded, .. } = self;
-        let made = run.change(|runner| set_all(runner, loaded, set));
-        match made {
-            Ok(made) => (self.material.set, self.material.made) = (set.clone(), made),
+        match run.change(|runner| set_all(runner, loaded, &set)) {
+            Ok(target) => self.material.target = target,
             Err(refusal) => return self.refusal = Some(refusal),
         }
+        // The run itself says how it is stepped.
+        set.forget("solver");
+        self.material.set = set;
         self.run.change(Runner::calm);
         self.follow_wind();
-        for &scale in scales {
-            if let Interaction::ScaleRestLength { springs, factor } = scale
-                && self.act(scale)
-            {
-                self.material.keep_scale(springs, factor);
-            }
-        }
         self.change(|_| ());
         self.record_start();
         self.blow();
@@ -321,7 +294,7 @@ impl Session {
 
     /// Gives material and world the values of the scene again, and restarts.
     pub fn reset_material(&mut self) {
-        self.material.forget(&self.loaded.made);
+        self.material.forget(&self.loaded);
         self.restart();
     }
 }
@@ -353,8 +326,9 @@ pub struct MaterialValues {
     pub stiffness: Option<MixedValue>,
     /// Damping, newton seconds per metre; `None` without springs.
     pub damping: Option<MixedValue>,
-    /// Rest lengths as a multiple of the scene's, or of the frozen ones.
-    pub rest_scale: f64,
+    /// What rest lengths are multiplied by, those of the scene or the frozen ones; `None` without
+    /// springs.
+    pub rest_scale: Option<MixedValue>,
     /// Gravity, metres per second squared.
     pub gravity: f64,
     /// Restitution of the first plane; `None` without planes.
@@ -370,7 +344,7 @@ impl Default for MaterialValues {
             mass: None,
             stiffness: None,
             damping: None,
-            rest_scale: 1.0,
+            rest_scale: None,
             gravity: 0.0,
             restitution: None,
             friction: None,
@@ -394,7 +368,7 @@ fn read<R: Real>(model: &Model<R>, select: Select) -> MaterialValues {
         mass: MixedValue::of(particles.map(|particle| model.masses()[particle].to_f64())),
         stiffness: MixedValue::of(springs.clone().map(|row| model.stiffness(row).to_f64())),
         damping: MixedValue::of(springs.map(|row| model.damping(row).to_f64())),
-        rest_scale: 1.0,
+        rest_scale: None,
         gravity: model.gravity().to_f64().length(),
         restitution: MixedValue::of(planes.iter().map(|plane| plane.restitution())),
         friction: planes.first().map(|plane| plane.friction()),

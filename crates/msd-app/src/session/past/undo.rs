@@ -3,9 +3,10 @@
 
 use crate::session::material::{Material, WIND};
 use glam::DVec3;
-use msd_core::{Error, Interaction, Settings};
+use msd_core::{Error, Interaction};
 use msd_run::{Runner, on};
-use msd_scene::{Assignment, Precision};
+use msd_scene::Assignment;
+use msd_scene::schema::Solver;
 
 /// The most that is kept to go back to, rows of particles and springs: a hundred bytes each.
 const MOST_ROWS: usize = 2_000_000;
@@ -56,7 +57,7 @@ pub struct Before {
 #[derive(Clone, Debug)]
 enum Kept {
     Model(Box<(Runner, Material)>),
-    Solver { settings: Settings, precision: Precision, automatic: bool },
+    Solver(Solver),
     Wind(Option<Assignment>),
 }
 
@@ -67,11 +68,7 @@ impl Before {
     /// What a deed is about to change.
     pub(in crate::session) fn new(deed: Deed, (runner, material): Now<'_>) -> Self {
         let kept = match deed {
-            Deed::Solver(_) => Kept::Solver {
-                settings: runner.settings(),
-                precision: runner.precision(),
-                automatic: runner.is_automatic(),
-            },
+            Deed::Solver(_) => Kept::Solver(runner.solver()),
             Deed::Wind => Kept::Wind(material.set().of(WIND).cloned()),
             _ => Kept::Model(Box::new((runner.clone(), material.clone()))),
         };
@@ -81,7 +78,7 @@ impl Before {
     fn rows(&self) -> usize {
         match &self.kept {
             Kept::Model(model) => model.0.particle_count() + model.0.spring_count(),
-            Kept::Solver { .. } | Kept::Wind(_) => 1,
+            Kept::Solver(_) | Kept::Wind(_) => 1,
         }
     }
 
@@ -102,14 +99,9 @@ impl Before {
                 material.set_wind(edit);
                 Ok((now.clone(), material))
             }
-            Kept::Solver { settings, precision, automatic } => {
+            Kept::Solver(solver) => {
                 let mut runner = now.clone();
-                if precision != runner.precision() {
-                    runner = runner.convert(precision)?;
-                }
-                runner.set_automatic(false)?;
-                runner.set_settings(settings)?;
-                runner.set_automatic(automatic)?;
+                runner.set_solver(solver)?;
                 Ok((runner, material.clone()))
             }
         }

@@ -20,11 +20,12 @@ pub(crate) use task::{StudyTask, TermsTask};
 pub(crate) use worker::{Drive, Note, Order, Task, drive};
 pub use worker::{MANNERS as STUDY_MANNERS, Report};
 
+use super::Session;
 use super::run::{Revision, Run};
-use super::{Session, Solver, Tuning};
 use adopted::Adopted;
 use msd_core::{Scene, Settings};
 use msd_run::Runner;
+use msd_scene::schema::{OrAuto, Solver, SolverRow};
 use msd_scene::{Loaded, Precision};
 use msd_study::Study;
 use msd_study::choice::{Choice, Fineness};
@@ -113,7 +114,7 @@ impl Trade {
     /// The worth of each part of the scene; `None` while there is none of the run as it is.
     pub fn terms(&self, run: &Run) -> Option<Report<Vec<TermRow>>> {
         let terms = self.terms.as_ref().filter(|_| self.of == run.revision())?;
-        (terms.solver == Solver::of(run.runner())).then(|| terms.worker.report())
+        (terms.solver == run.runner().solver()).then(|| terms.worker.report())
     }
 
     /// The worth of each part of the scene as it is, as it was stepped before.
@@ -211,7 +212,7 @@ impl Trade {
     /// stepped before is kept until then.
     fn refresh_terms(&mut self, runner: &Runner, loaded: &Loaded) {
         let Some((scene, _)) = &self.subject else { return };
-        let now = Solver::of(runner);
+        let now = runner.solver();
         if let Some(terms) = self.terms.take_if(|terms| terms.solver != now)
             && let Some(rows) = terms.worker.report().found
         {
@@ -315,21 +316,20 @@ impl Session {
     fn adopt_as(&mut self, choice: Choice, words: &'static str, is_tried: bool) {
         let before = solver(self.runner());
         let measured = choice.settings();
-        let mut tunings = vec![Tuning::Integrator(choice.integrator)];
+        let mut change = SolverRow::precision(choice.precision);
+        change.integrator = Some(choice.integrator);
         match choice.fineness {
             Fineness::Substeps(_) => {
                 let substeps = (before.0.step / measured.substep() - 1e-9).ceil().max(1.0);
-                tunings.push(Tuning::Substeps(substeps as u32));
+                change.substeps = Some(OrAuto::Given(substeps as u64));
             }
-            Fineness::Tolerance(tolerance) => tunings.push(Tuning::Tolerance(tolerance)),
+            Fineness::Tolerance(tolerance) => change.tolerance = Some(tolerance),
         }
         if choice.integrator.is_implicit() {
-            tunings.push(Tuning::Newton(measured.newton));
+            change.newton = Some(measured.newton.into());
         }
-        tunings.push(Tuning::Precision(choice.precision));
-        tunings.retain(|tuning| !tuning.is_set(self.runner()));
-        if !tunings.is_empty() {
-            self.tune_all(&tunings, words);
+        if self.runner().solver().with(&change) != self.runner().solver() {
+            self.tune_as(change, words);
         }
         let text = changes(before, solver(self.runner()));
         let taken = choice_of(self.runner());

@@ -4,8 +4,9 @@ use super::subject::subject_here;
 use super::task::{RetryTask, SearchTask};
 use super::worker::Worker;
 use super::{Trade, choice_of};
+use crate::session::Session;
 use crate::session::run::Run;
-use crate::session::{Session, Solver};
+use msd_scene::schema::Solver;
 use msd_study::choice::FRAME;
 use msd_study::quantity::estimate;
 use msd_study::tune::{Elsewhere, Found, Goal, Tuned};
@@ -133,7 +134,7 @@ impl Trade {
     /// The search, as long as the scene is the one that it is of, and is stepped as it left it.
     pub fn search(&self, run: &Run) -> Option<&Search> {
         let search = self.search.as_ref().filter(|_| self.of == run.revision())?;
-        let now = Solver::of(run.runner());
+        let now = run.runner().solver();
         search.left.is_none_or(|left| left == now).then_some(search)
     }
 
@@ -196,7 +197,7 @@ impl Session {
         {
             self.adopt_as(trial.choice, "the search's setting", true);
         }
-        let left = Solver::of(self.run.runner());
+        let left = self.run.runner().solver();
         if let Some(search) = &mut self.trade.search {
             search.left = Some(left);
         }

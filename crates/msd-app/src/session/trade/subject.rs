@@ -64,6 +64,7 @@ pub(super) fn loaded_of(
         notes: Vec::new(),
         files: Vec::new(),
         made: Vec::new(),
+        rest_scales: Vec::new(),
         wind: Default::default(),
         progress: None,
     }

@@ -1,7 +1,8 @@
 //! The replay of a recording, for a worker of the page.
 
 use msd_run::recording::read_recording;
-use msd_run::replay::{Changes, Replay};
+use msd_run::replay::Replay;
+use msd_scene::schema::SolverRow;
 use msd_scene::{saved_bytes, state_hash};
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -14,7 +15,7 @@ use wasm_bindgen::prelude::wasm_bindgen;
 pub fn replayed(name: &str, bytes: &[u8]) -> Result<Vec<u8>, String> {
     let recording = read_recording(bytes, name).map_err(|error| error.to_string())?;
     let why = |error: msd_core::Error| format!("{name}: {error}");
-    let mut replay = Replay::new(&recording, Changes::default()).map_err(why)?;
+    let mut replay = Replay::new(&recording, SolverRow::default()).map_err(why)?;
     while replay.advance().map_err(why)? {}
     let end = replay.runner();
     if recording.hash().is_some_and(|hash| hash != state_hash(&end.state())) {

@@ -80,6 +80,10 @@ pub enum Live {
     Touch,
     /// Parts of the model are switched off.
     Off,
+    /// Rest lengths are set.
+    RestScale,
+    /// It is stepped otherwise: [`Solver::with`](super::schema::Solver::with).
+    Solver,
 }
 
 /// How a value is written.

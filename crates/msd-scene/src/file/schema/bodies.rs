@@ -93,6 +93,8 @@ rows! {
         damping: Option<f64> = "0; of a closed mesh 0.04, of an open mesh 0.2"
             { unit: "N s/m", domain: Domain::NotNegative, scale: Scale::SPRING,
               live: Live::Damping },
+        /// Factor on the rest lengths of its springs; below 1 the body starts in tension.
+        rest_scale: Option<f64> = "1" { domain: Domain::Positive, live: Live::RestScale },
         /// Place of the origin of the body: the centre of a lattice or of the box around a mesh,
         /// (0, 0, 0) in an explicit body.
         position: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m", domain: Domain::Place },

@@ -143,8 +143,8 @@ rows! {
             { unit: "s", domain: Domain::NotNegative },
     }
 
-    /// Springs between two bodies, or between particles of one: each particle of `from` is joined
-    /// to the nearest of `to`.
+    /// Springs between two bodies, between particles of one, or to a solid: each particle of `from`
+    /// is joined to the nearest of `to`.
     LinkRow {
         /// Particles to join.
         from: EndRow,
@@ -155,6 +155,8 @@ rows! {
         /// Length at which the spring exerts no force.
         rest_length: Option<f64> = "the distance of its ends"
             { unit: "m", domain: Domain::NotNegative },
+        /// Factor on the rest lengths.
+        rest_scale: Option<f64> = "1" { domain: Domain::Positive, live: Live::RestScale },
         /// Stiffness of each spring.
         stiffness: Option<f64> = "1000"
             { unit: "N/m", domain: Domain::NotNegative, live: Live::Stiffness },
@@ -168,10 +170,14 @@ rows! {
         /// Body: its number from 0, or its name.
         body: Option<BodyKey> = "0, or that of the set" { domain: BODY },
         /// The particle, counted from 0 in the body.
-        particle: Option<i64> = "one of these three" { domain: Domain::Words("a particle") },
+        particle: Option<i64> = "one of these four" { domain: Domain::Words("a particle") },
         /// `[row, column, stack]` of a particle of a lattice, counted from 0; row 0 is the lowest.
-        at: Option<[u64; 3]> = "one of these three" { domain: Domain::Words("inside the lattice") },
+        at: Option<[u64; 3]> = "one of these four" { domain: Domain::Words("inside the lattice") },
+        /// Which solid, instead of particles: its number, counted from 0, or its name. Each particle
+        /// of `from` is joined to the nearest point of its surface, which moves with it. In `to`
+        /// alone.
+        solid: Option<BodyKey> = "one of these four" { domain: Domain::Words("a solid") },
         /// The particles of a set.
-        set: Option<String> = "one of these three" { domain: SET },
+        set: Option<String> = "one of these four" { domain: SET },
     }
 }

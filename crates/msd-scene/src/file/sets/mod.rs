@@ -11,7 +11,9 @@ pub(crate) mod materials;
 pub(crate) mod pins;
 
 use crate::error::{FileError, nearest, plain};
-use crate::file::schema::{BodyKey, EndRow, Kind, MassRow, MaterialRow, PinRow, SceneFile, SetRow};
+use crate::file::schema::{
+    BodyKey, EndRow, Kind, MassRow, MaterialRow, PinRow, SceneFile, SetRow, SolidRow,
+};
 use crate::file::sets::own::{OwnSets, SHAPES};
 use crate::file::tree::Source;
 use crate::shown::tame;
@@ -198,7 +200,8 @@ impl<'s> NamedSets<'s> {
     pub(crate) fn numbered(&self, file: &SceneFile) -> Vec<String> {
         let pins = file.pins.iter().map(Choice::from);
         let masses = file.masses.iter().map(Choice::from);
-        let ends = file.links.iter().flat_map(|link| [&link.from, &link.to]).map(Choice::from);
+        let ends = file.links.iter().flat_map(|link| [&link.from, &link.to]);
+        let ends = ends.filter(|end| end.solid.is_none()).map(Choice::from);
         let by_number = pins.chain(masses).chain(ends).filter(|choice| choice.particle.is_some());
         let bodies = by_number.filter_map(|choice| self.body("", choice.body).ok());
         let meshes = bodies.filter(|&body| file.bodies[body].kind == Kind::Mesh);
@@ -338,6 +341,19 @@ impl<'s> NamedSets<'s> {
 
 /// So many names at most are listed where a key has none of them.
 const FEW: usize = 8;
+
+/// The number of the solid that a key calls by its number or its name.
+fn solid(
+    source: &Source<'_>,
+    key: &str,
+    called: &BodyKey,
+    rows: &[SolidRow],
+) -> Result<usize, FileError> {
+    let name = |row: &'_ SolidRow| row.name.clone().unwrap_or_else(|| row.kind.name().into());
+    let names: Vec<String> = rows.iter().map(name).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    numbered(source, key, called, ("solid", "solids", &names))
+}
 
 /// The number of a row that a key calls by its number or its name, among rows of these names.
 fn numbered(

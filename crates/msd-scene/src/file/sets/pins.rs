@@ -1,13 +1,13 @@
 //! Pins, what guides them, and masses of chosen particles.
 
-use super::{NamedSets, numbered};
+use super::{NamedSets, solid};
 use crate::error::FileError;
 use crate::file::keys::Domain;
 use crate::file::schema::{BodyRow, MassRow, PinRow, SolidRow};
 use crate::file::tree::Source;
 use crate::file::turn::{key_frames, spin};
 use glam::{DMat3, DVec3};
-use msd_core::{Guide, KeyFrame, Lead, Pin, Scene};
+use msd_core::{Guide, KeyFrame, Lead, Pin, Scene, Solid};
 use std::collections::BTreeMap;
 
 /// The pins of all rows, and what guides some of them.
@@ -43,21 +43,23 @@ pub(crate) fn pins(
             }
         }
         if let Some(lead) = lead {
-            let start = match &lead {
-                Lead::Solid(solid) => {
-                    let solid = &sets.scene.solids[*solid];
-                    (solid.position, solid.axes.transpose())
-                }
-                Lead::Path { position, .. } => (*position, DMat3::IDENTITY),
-            };
             let place = |particle: usize| {
-                (particle, start.1 * (sets.scene.particles[particle].position - start.0))
+                let place = sets.scene.particles[particle].position;
+                match &lead {
+                    Lead::Solid(solid) => own_place(&sets.scene.solids[*solid], place),
+                    Lead::Path { position, .. } => place - *position,
+                }
             };
-            let held = held.into_iter().map(place).collect();
+            let held = held.into_iter().map(|particle| (particle, place(particle))).collect();
             guides.push(Guide { held, lead, until: pin.until });
         }
     }
     Ok((pins, guides))
+}
+
+/// A place from the middle of a solid at the start, in the axes of that, metres.
+pub(super) fn own_place(solid: &Solid, place: DVec3) -> DVec3 {
+    solid.axes.transpose() * (place - solid.position)
 }
 
 /// Why two pins may not share particles, if they may not: sets may that move alike.
@@ -97,12 +99,8 @@ fn lead(
         source.number(format_args!("{key}.until"), until)?;
     }
     if let Some(solid) = &pin.follow {
-        let name = |row: &'_ SolidRow| row.name.clone().unwrap_or_else(|| row.kind.name().into());
-        let names: Vec<String> = solids.iter().map(name).collect();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let key = format!("{key}.follow");
-        return numbered(source, &key, solid, ("solid", "solids", &names))
-            .map(|solid| Some(Lead::Solid(solid)));
+        let solid = self::solid(source, &format!("{key}.follow"), solid, solids)?;
+        return Ok(Some(Lead::Solid(solid)));
     }
     let places = particles.iter().map(|&particle| sets.scene.particles[particle].position);
     let first = sets.scene.particles[particles[0]].position;
