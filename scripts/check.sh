@@ -3,7 +3,7 @@
 #
 #   scripts/check.sh          all of it
 #   scripts/check.sh STEP...  some of it: fmt clippy doc test release examples bench bare
-#                             elsewhere wasm web python deny; and miri, which is slow and not part of "all"
+#                             elsewhere wasm web deny; and python and miri, which are not part of "all"
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -144,7 +144,7 @@ python() {
         return
     fi
     [ ${#interpreters[@]} -eq 1 ] || interpreters=("${interpreters[0]}" "${interpreters[-1]}")
-    cargo build -p msd-app --no-default-features --bin msd
+    cargo build "${features[@]}" --bin msd
     out=$(mktemp -d)
     for version in "${interpreters[@]}"; do
         "$version" -m venv "$out/$version"
@@ -182,7 +182,7 @@ run() {
 }
 
 steps=("$@")
-[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release examples bench bare elsewhere wasm web python deny)
+[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release examples bench bare elsewhere wasm web deny)
 for step in "${steps[@]}"; do
     case $step in
     fmt | clippy | doc | examples | bench | bare | elsewhere | miri | python | wasm | web | deny) run "$step" "$step" ;;

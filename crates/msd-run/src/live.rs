@@ -39,8 +39,8 @@ impl Target {
         Target { planes, ..self }
     }
 
-    /// What a run of a scene does so that a key has a value. How bodies meet is made anew instead, by
-    /// [`shells_of`], and a solver is set by [`Runner::set_solver`].
+    /// What a run of a scene does so that a key has a value. How bodies meet is made anew instead,
+    /// by [`shells_of`], and a solver is set by [`Runner::set_solver`].
     ///
     /// # Errors
     /// A line on a value that the key cannot have, or a key that a run cannot be given.

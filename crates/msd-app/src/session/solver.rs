@@ -1,4 +1,4 @@
-//! How the scene is stepped: what the user changes of it while it runs.
+//! Changes of the solver while a scene runs.
 
 use super::{Deed, Session};
 use msd_core::Error;

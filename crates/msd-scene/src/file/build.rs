@@ -138,8 +138,8 @@ pub(crate) fn understand_rows(
     })
 }
 
-/// The springs of each body and of each row of links, which follow those of a scene, with what their
-/// rest lengths are multiplied by.
+/// The springs of each body and of each row of links, which follow those of a scene, with what
+/// their rest lengths are multiplied by.
 fn rest_scales(
     scene: &Scene,
     file: &SceneFile,

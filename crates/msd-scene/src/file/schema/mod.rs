@@ -13,11 +13,11 @@ use msd_core::{Integrator, Pattern};
 mod air;
 mod look;
 mod sets;
-mod solver;
 mod touch;
 mod world;
 mod bodies;
 mod edits;
+mod solver;
 pub(crate) mod elsewhere;
 
 pub use air::{AirRow, GustRow};

@@ -173,9 +173,8 @@ rows! {
         particle: Option<i64> = "one of these four" { domain: Domain::Words("a particle") },
         /// `[row, column, stack]` of a particle of a lattice, counted from 0; row 0 is the lowest.
         at: Option<[u64; 3]> = "one of these four" { domain: Domain::Words("inside the lattice") },
-        /// Which solid, instead of particles: its number, counted from 0, or its name. Each particle
-        /// of `from` is joined to the nearest point of its surface, which moves with it. In `to`
-        /// alone.
+        /// Solid, in `to` alone: its number from 0, or its name. Each particle of `from` is joined
+        /// to the nearest point of its surface, which moves with it.
         solid: Option<BodyKey> = "one of these four" { domain: Domain::Words("a solid") },
         /// The particles of a set.
         set: Option<String> = "one of these four" { domain: SET },

@@ -1,4 +1,4 @@
-//! How a scene is stepped.
+//! The solver section of a scene.
 
 use super::Edits;
 use crate::file::keys::{Domain, Form, Live, Written, rows};

@@ -6,9 +6,9 @@
 //! the particles inside a box or a sphere at the start.
 
 pub(crate) mod own;
-pub(crate) mod links;
 pub(crate) mod materials;
 pub(crate) mod pins;
+pub(crate) mod links;
 
 use crate::error::{FileError, nearest, plain};
 use crate::file::schema::{
