@@ -355,14 +355,10 @@ impl Runner {
         let Solver { settings, precision, automatic } = solver;
         if precision != self.precision() {
             let mut runner = self.convert(precision)?;
-            runner.step_by(settings, automatic)?;
+            runner.set_solver(solver)?;
             *self = runner;
             return Ok(());
         }
-        self.step_by(settings, automatic)
-    }
-
-    fn step_by(&mut self, settings: Settings, automatic: bool) -> Result<(), Error> {
         on!(self, simulation => simulation.set_settings(settings))?;
         self.set_automatic(automatic)
     }
