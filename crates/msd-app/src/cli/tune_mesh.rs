@@ -5,7 +5,9 @@ use super::failure::{Failure, say};
 use super::run::{SetKeys, open_draft, set_keys};
 use super::steps::Terminal;
 use super::tune::{Row, writable, write_choice};
-use msd_scene::schema::{BodyKey, BodyRow, Kind, LinkRow, MassRow, MaterialRow, PinRow, SceneFile};
+use msd_scene::schema::{
+    BodyKey, BodyRow, EndRow, Kind, LinkRow, MassRow, MaterialRow, PinRow, SceneFile,
+};
 use msd_scene::{SceneFormat, plain, shown_path};
 use msd_study::choice::{Choice, FRAME};
 use msd_study::monitor::Halt;
@@ -236,13 +238,8 @@ fn joins(rows: &SceneFile, fine: &SceneFile) -> Vec<String> {
     }
     if fine.links != rows.links {
         let row = |link: &LinkRow| {
-            let ends = [("from", &link.from), ("to", &link.to)].map(|(key, end)| {
-                let place = match &end.solid {
-                    Some(solid) => format!("solid = {}", number(Some(solid))),
-                    None => particle(end.body.as_ref(), end.at, end.particle),
-                };
-                format!("{key} = {{ {place} }}")
-            });
+            let ends = [("from", &link.from), ("to", &link.to)]
+                .map(|(key, end)| format!("{key} = {{ {} }}", place_of(end)));
             let numbers = [
                 ("rest_length", link.rest_length),
                 ("stiffness", link.stiffness),
@@ -264,6 +261,14 @@ fn number(body: Option<&BodyKey>) -> u64 {
     match body {
         Some(&BodyKey::Number(number)) => number,
         _ => 0,
+    }
+}
+
+/// The keys of an end of a link of a finer scene.
+fn place_of(end: &EndRow) -> String {
+    match &end.solid {
+        Some(solid) => format!("solid = {}", number(Some(solid))),
+        None => particle(end.body.as_ref(), end.at, end.particle),
     }
 }
 

@@ -327,8 +327,8 @@ impl Session {
         }
     }
 
-    /// Starts again from the first state. Solver, material and world stay as the user set them; pins
-    /// and frozen shapes are the scene's again.
+    /// Starts again from the first state. Solver, material and world stay as the user set them;
+    /// pins and frozen shapes are the scene's again.
     pub fn restart(&mut self) {
         self.restart_from(Origin::Start);
     }

@@ -13,6 +13,7 @@ use crate::file::schema::{AirRow, GustRow, OrAuto, SceneFile, SolverRow, WindRow
 use crate::file::sets::NamedSets;
 use crate::file::sets::links::{Links, links};
 use crate::file::sets::materials::set_materials;
+use crate::file::sets::own::OwnSets;
 use crate::file::sets::pins::{load, masses, pins};
 use crate::file::substance::overburdened;
 use crate::file::touch::{pierced, started_in_each_other, started_inside, touch};
@@ -84,8 +85,7 @@ pub(crate) fn understand_rows(
         return Err(source.refuse(format_args!("bodies"), reason));
     }
     let budget = Budget::default();
-    let extent = world.extent;
-    let mut builder = Builder { source, read_mesh, extent, precision, budget, notes };
+    let mut builder = Builder { source, read_mesh, extent: world.extent, precision, budget, notes };
     let mut own_sets = Vec::with_capacity(file.bodies.len());
     let mut made = Vec::with_capacity(file.bodies.len());
     for (row, body) in file.bodies.iter().enumerate() {
@@ -101,17 +101,7 @@ pub(crate) fn understand_rows(
     set_materials(source, (&file, &made), (&mut scene, &own_sets))?;
     touch(source, &file.bodies, &mut scene, &mut notes)?;
     notes.extend(pierced(&scene));
-    let sets = NamedSets::new(source, &file.sets, (&scene, &own_sets))?;
-    let (pins, guides) = pins(&sets, (&file.pins, &file.world.solids))?;
-    let loads = masses(&sets, &file.masses)?;
-    let Links { springs, scales, anchors } =
-        links(&sets, (&file.links, &file.world.solids), &mut budget)?;
-    notes.extend(sets.numbered(&file));
-    (scene.pins, scene.guides) = (pins, guides);
-    let rest_scales = rest_scales(&scene, &file, scales);
-    scene.springs.extend(springs);
-    anchors.add_to(&mut scene);
-    load(source, &mut scene, (&file.bodies, &loads))?;
+    let rest_scales = join(source, &file, (&mut scene, &own_sets), (&mut budget, &mut notes))?;
     if let Some(height) = source.drop {
         raise(&mut scene, height);
     }
@@ -120,15 +110,13 @@ pub(crate) fn understand_rows(
     notes.extend(started_inside(source, &scene)?);
     notes.extend(started_in_each_other(&scene));
     let precision = file.solver.precision.unwrap_or_else(|| fitting(&scene, &mut notes));
-    let automatic = substeps == OrAuto::Auto;
-    let title = file.title;
     // They quote names of bodies and files.
     let notes = notes.iter().map(|note| tame(note)).collect();
     Ok(Understood {
-        title,
+        title: file.title,
         scene,
         settings,
-        automatic,
+        automatic: substeps == OrAuto::Auto,
         precision,
         camera,
         notes,
@@ -136,6 +124,27 @@ pub(crate) fn understand_rows(
         rest_scales,
         wind,
     })
+}
+
+/// Pins, masses and links of chosen particles; returns what rest lengths are multiplied by.
+fn join(
+    source: &Source<'_>,
+    file: &SceneFile,
+    (scene, own_sets): (&mut Scene, &[OwnSets]),
+    (budget, notes): (&mut Budget, &mut Vec<String>),
+) -> Result<Vec<(Range<usize>, f64)>, FileError> {
+    let sets = NamedSets::new(source, &file.sets, (scene, own_sets))?;
+    let (pins, guides) = pins(&sets, (&file.pins, &file.world.solids))?;
+    let loads = masses(&sets, &file.masses)?;
+    let Links { springs, scales, anchors } =
+        links(&sets, (&file.links, &file.world.solids), budget)?;
+    notes.extend(sets.numbered(file));
+    (scene.pins, scene.guides) = (pins, guides);
+    let rest_scales = rest_scales(scene, file, scales);
+    scene.springs.extend(springs);
+    anchors.add_to(scene);
+    load(source, scene, (&file.bodies, &loads))?;
+    Ok(rest_scales)
 }
 
 /// The springs of each body and of each row of links, which follow those of a scene, with what

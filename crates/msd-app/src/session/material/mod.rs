@@ -269,7 +269,7 @@ impl Session {
         accepted
     }
 
-    /// Makes edits that were made elsewhere, as a link holds them: all keys but those of the solver.
+    /// Makes edits that were made elsewhere, as a link holds them: keys but those of the solver.
     pub fn edit_again(&mut self, mut set: Edits) {
         let Session { run, loaded, .. } = self;
         match run.change(|runner| set_all(runner, loaded, &set)) {
