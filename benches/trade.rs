@@ -12,6 +12,7 @@ use msd::study::choice::FRAME;
 use msd::study::conduct::{Plan, study};
 use msd::study::ladder::PRECISIONS;
 use msd::study::live_error::calibrate;
+use msd::study::monitor::Progress;
 use msd::study::quantity::{estimate, rounded};
 use msd::study::terms::terms;
 use msd::study::trial::Trial;
@@ -31,7 +32,7 @@ fn main() -> Result<()> {
     alone.expect("nobody has made a pool yet");
     if std::env::args().any(|argument| argument == "--test") {
         let plan = Plan { budget: 1.0, duration: 0.2, fresh: true, ..Plan::default() };
-        let studied = study(&msd::scene::open("chain")?, plan, &mut |_| {})?;
+        let (studied, _) = study(&msd::scene::open("chain")?, plan, &mut ())?;
         println!("{}\n{}", front(&studied), orders(&[studied]));
         return Ok(());
     }
@@ -40,10 +41,9 @@ fn main() -> Result<()> {
     let mut text = std::fs::read_to_string(&page)?;
     let mut studies = Vec::new();
     for (name, duration, budget) in STUDIES {
-        let studied =
-            study(&scene(root, name)?, Plan { duration, budget, ..Plan::default() }, &mut |p| {
-                eprintln!("{name}: {} done, {}", p.done, p.now);
-            })?;
+        let plan = Plan { duration, budget, ..Plan::default() };
+        let mut print = |p: Progress| eprintln!("{name}: {} done, {}", p.done, p.now);
+        let (studied, _) = study(&scene(root, name)?, plan, &mut print)?;
         let figure = root.join(format!("docs/measured/trade/{name}.svg"));
         std::fs::write(figure, msd::report::svg(&studied))?;
         text = put(&text, name, &front(&studied));
@@ -216,7 +216,7 @@ fn all_terms() -> Result<String> {
     let mut table =
         "| scene | without | changes the answer by | saves |\n|---|---|---|---|\n".to_owned();
     for name in ["jelly", "cloth", "teapot", "bunny"] {
-        for row in terms(&msd::scene::open(name)?, 1.0)? {
+        for row in terms(&msd::scene::open(name)?, 1.0, &mut ())? {
             let change = row.relative.map_or("it diverges".into(), |part| {
                 format!("{} % of the size", rounded(100.0 * part, 2))
             });
