@@ -136,6 +136,10 @@ pub(crate) struct Anchors {
     solids: Vec<usize>,
 }
 
+/// The mass of an anchor as a part of that of its particle: it is in no balance of energy then, nor
+/// in a total mass.
+const ANCHOR: f64 = 1e-6;
+
 impl Anchors {
     /// Joins particles each to the nearest point of a solid at the start.
     fn join(
@@ -156,7 +160,7 @@ impl Anchors {
             if distance <= within {
                 let anchor = scene.particles.len() + self.particles.len();
                 ends.joined.push(([a, anchor], distance));
-                let velocity = DVec3::ZERO;
+                let (velocity, mass) = (DVec3::ZERO, mass * ANCHOR);
                 self.particles.push(Particle { position: point, velocity, mass });
                 self.solids.push(number);
             }
