@@ -217,9 +217,8 @@ pub fn study<'py>(
     let loaded = &scene.get().loaded;
     let plan = Plan { duration, wanted: max_error, budget: time, fresh, ..Plan::default() };
     let mut caller = Caller::new(progress.as_ref());
-    let studied = py.detach(|| {
-        msd_study::conduct::study(&loaded.clone().restarted(), plan, &mut caller)
-    });
+    let studied =
+        py.detach(|| msd_study::conduct::study(&loaded.clone().restarted(), plan, &mut caller));
     let (study, _) = caller.outcome(py, studied)?;
     from_serde(py, &study)
 }
