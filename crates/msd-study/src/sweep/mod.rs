@@ -6,8 +6,7 @@
 //! use msd_study::sweep::{Store, Sweep};
 //! let sweep = Sweep::open("cloth-sweep.toml".as_ref())?;
 //! let store = Store::of(&sweep, None);
-//! let tell = |event| println!("{event}");
-//! msd_study::sweep::run(&sweep, &store, (0..sweep.len(), 1), (&tell, &|| true))?;
+//! msd_study::sweep::run(&sweep, &store, (0..sweep.len(), 1), &mut ())?;
 //! store.collect(&sweep)?.0.write("cloth.csv".as_ref(), msd_study::sweep::TableFormat::Csv)?;
 //! # Ok::<(), msd_scene::FileError>(())
 //! ```
