@@ -218,8 +218,11 @@ impl Session {
             Remedy::Substeps(substeps) => self.tune(SolverRow::substeps(substeps)),
             Remedy::Tolerance(tolerance) => self.tune(SolverRow::tolerance(tolerance)),
             Remedy::Method(method, substeps) => {
-                let change = SolverRow::substeps(substeps);
-                let change = SolverRow { integrator: Some(method), ..change };
+                let is_other = substeps != self.runner().settings().substeps;
+                // Automatic ones that are as many stay automatic.
+                let fixed =
+                    if is_other { SolverRow::substeps(substeps) } else { SolverRow::default() };
+                let change = SolverRow { integrator: Some(method), ..fixed };
                 self.tune_as(change, "way out");
             }
             Remedy::SceneValues => {
