@@ -513,3 +513,15 @@ fn a_renewal_voids_what_depends_on_the_substeps_and_keeps_the_energy() {
     let limit = session.runner().stable_substep();
     assert!((share - session.runner().settings().substep() / limit).abs() < 0.02, "{share}");
 }
+
+#[test]
+fn rest_lengths_that_were_frozen_are_those_that_the_slider_counts_from() {
+    let mut session = session("chain");
+    let shown = |session: &Session| session.material().values().rest_scale.map(|scale| scale.first);
+    session.edit(MaterialEdit::RestScale(1.25));
+    assert_eq!(shown(&session), Some(1.25));
+    session.freeze();
+    assert_eq!(shown(&session), Some(1.0));
+    session.undo();
+    assert_eq!(shown(&session), Some(1.25));
+}

@@ -145,17 +145,16 @@ impl Material {
     fn reset_rest_scale(&mut self, bodies: usize) {
         self.rest_keys(bodies).iter().for_each(|key| self.set.forget(key));
         let select = self.values.select;
-        let is_frozen = |row: usize| !matches!(select, Select::Body(body) if body != row);
         let scales = self.target.rest_scales.iter_mut().enumerate();
-        scales.filter(|(row, _)| is_frozen(*row)).for_each(|(_, (_, scale))| *scale = 1.0);
+        let frozen = scales.filter(|(row, _)| is_of(select, *row));
+        frozen.for_each(|(_, (_, scale))| *scale = 1.0);
     }
 
     /// What the rest lengths that the sliders act on are multiplied by.
     fn rest_scales(&self) -> impl Iterator<Item = f64> + '_ {
         let select = self.values.select;
-        let is_selected = move |row: usize| !matches!(select, Select::Body(body) if body != row);
         let rows = self.target.rest_scales.iter().enumerate();
-        rows.filter(move |(row, _)| is_selected(*row)).map(|(_, (_, scale))| *scale)
+        rows.filter(move |(row, _)| is_of(select, *row)).map(|(_, (_, scale))| *scale)
     }
 
     /// Reads the values of a run again.
@@ -222,6 +221,11 @@ impl Material {
     }
 }
 
+/// Whether a selection is of the springs of a body, by its number, or of all.
+fn is_of(select: Select, row: usize) -> bool {
+    !matches!(select, Select::Body(body) if body != row)
+}
+
 /// What the user sets of material and world.
 impl Session {
     /// Makes the present lengths of the selected springs their rest lengths.
@@ -229,6 +233,7 @@ impl Session {
         self.remember(Deed::Freeze);
         self.act(Interaction::Freeze { springs: self.material.values().select });
         self.material.reset_rest_scale(self.loaded.scene.bodies.len());
+        self.material.read(self.run.runner());
     }
 
     /// Sets a number of the selected bodies, or of the world.
