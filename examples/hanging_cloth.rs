@@ -2,7 +2,7 @@
 
 use msd::core::glam::DVec3;
 use msd::core::{Material, Pin, Scene, Settings, shape};
-use msd::scene::{Loaded, Precision, Viewpoint};
+use msd::scene::Loaded;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let material = Material { mass: 0.05, stiffness: 400.0, damping: 0.4 };
@@ -11,20 +11,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     scene.pins = [top, top + 24].map(|particle| Pin { particle, velocity: DVec3::ZERO }).to_vec();
     // A breath of wind: a uniform force on every particle, newtons.
     scene.world.force = DVec3::new(0.0, 0.0, 0.05);
-    msd_app::view(Loaded {
-        name: "hanging cloth".into(),
-        title: "a cloth that hangs by its top corners".into(),
-        scene,
-        settings: Settings { substeps: 12, ..Settings::default() },
-        automatic: false,
-        precision: Precision::F32,
-        camera: Viewpoint::default(),
-        notes: Vec::new(),
-        files: Vec::new(),
-        made: Vec::new(),
-        rest_scales: Vec::new(),
-        wind: Default::default(),
-        progress: None,
-    })?;
+    let settings = Settings { substeps: 12, ..Settings::default() };
+    msd_app::view(Loaded::new("hanging cloth", scene, settings))?;
     Ok(())
 }

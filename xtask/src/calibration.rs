@@ -2,7 +2,7 @@
 
 use crate::promise::random_scene;
 use msd_core::{Error, Friction, Integrator, Settings};
-use msd_scene::{BUILTINS, Loaded, Precision, Viewpoint};
+use msd_scene::{BUILTINS, Loaded};
 use msd_study::choice::FRAME;
 use msd_study::ladder::ladders;
 use msd_study::live_error::{Calibration, calibrate};
@@ -77,19 +77,6 @@ fn scene(seed: u64) -> Result<Loaded, Error> {
     let ladder = ladders(&scene)?.into_iter().find(|ladder| ladder.integrator == method);
     let fewest = ladder.and_then(|ladder| ladder.fewest).unwrap_or(8);
     let substeps = (fewest + fewest.div_ceil(4)).max(4);
-    Ok(Loaded {
-        name: format!("generated {seed}"),
-        title: String::new(),
-        scene,
-        settings: Settings { step: FRAME, substeps, ..Settings::default() },
-        precision: Precision::F32,
-        automatic: false,
-        camera: Viewpoint::default(),
-        notes: Vec::new(),
-        files: Vec::new(),
-        made: Vec::new(),
-        rest_scales: Vec::new(),
-        wind: Default::default(),
-        progress: None,
-    })
+    let settings = Settings { step: FRAME, substeps, ..Settings::default() };
+    Ok(Loaded::new(format!("generated {seed}"), scene, settings))
 }

@@ -1,21 +1,14 @@
 //! Tuning, studies and inspection of a scene.
-//!
-//! The reports of `msd tune` and `msd inspect` stand in the application, which no library names;
-//! here are structs of the same keys.
 
 use crate::errors::{core_error, error, refused};
 use crate::scene::Scene;
 use crate::values::from_serde;
-use msd_core::{Error, Simulation};
-use msd_scene::Assignment;
-use msd_study::choice::{Choice, FRAME, Fineness};
+use msd_scene::set_keys;
 use msd_study::conduct::Plan;
-use msd_study::inspection::Inspection;
+use msd_study::inspection::InspectReport;
 use msd_study::monitor::{Halt, Monitor, Progress};
-use msd_study::tune::{Found, Goal};
+use msd_study::tune::{Goal, TuneReport};
 use pyo3::prelude::*;
-use serde::Serialize;
-use serde_json::{Map, Value};
 use std::time::{Duration, Instant};
 
 /// How often Python may interrupt what takes long.
@@ -73,63 +66,6 @@ impl Monitor for Caller<'_> {
     }
 }
 
-/// What tuning found, with the keys of `msd tune --json`.
-#[derive(Serialize)]
-struct TuneReport {
-    scene: String,
-    set: Map<String, Value>,
-    duration: f64,
-    compared_until: f64,
-    chaotic_after: Option<f64>,
-    goal: Goal,
-    met: bool,
-    #[serde(flatten)]
-    best: Row,
-    runner_up: Option<Row>,
-    reference_uncertainty: f64,
-    tried: usize,
-    interrupted: bool,
-}
-
-/// A choice and what is known of it.
-#[derive(Serialize)]
-struct Row {
-    integrator: &'static str,
-    precision: &'static str,
-    step: Option<f64>,
-    substeps: Option<u32>,
-    tolerance: Option<f64>,
-    predicted_error: Option<f64>,
-    verified_error: f64,
-    ms_per_frame: f64,
-}
-
-impl Row {
-    fn of(found: &Found, uncertainty: f64) -> Self {
-        let Found { trial, predicted_error } = found;
-        let Choice { integrator, fineness, precision } = trial.choice;
-        let (substeps, tolerance) = match fineness {
-            Fineness::Substeps(substeps) => (Some(substeps), None),
-            Fineness::Tolerance(tolerance) => (None, Some(tolerance)),
-        };
-        Row {
-            integrator: integrator.name(),
-            precision: precision.name(),
-            step: substeps.map(|substeps| FRAME / f64::from(substeps)),
-            substeps,
-            tolerance,
-            predicted_error: predicted_error.map(|error| error.max(uncertainty)),
-            verified_error: trial.error().max(uncertainty),
-            ms_per_frame: 1e3 * trial.cost * FRAME,
-        }
-    }
-}
-
-fn set_keys(set: &[Assignment]) -> Map<String, Value> {
-    let value = |set: &Assignment| serde_json::to_value(set.value()).unwrap_or_default();
-    set.iter().map(|set| (set.key().into(), value(set))).collect()
-}
-
 fn check_positive(py: Python<'_>, name: &str, value: Option<f64>) -> PyResult<()> {
     match value {
         Some(value) if !(0.0 < value && value.is_finite()) => {
@@ -177,20 +113,7 @@ pub fn tune<'py>(
         msd_study::tune::tune(&restarted.scene, duration, goal, &mut caller)
     });
     let tuned = caller.outcome(py, tuned)?;
-    let report = TuneReport {
-        scene: loaded.name.clone(),
-        set: set_keys(set),
-        duration: tuned.duration,
-        compared_until: tuned.compared,
-        chaotic_after: tuned.horizon,
-        goal,
-        met: tuned.met,
-        best: Row::of(&tuned.best, tuned.uncertainty),
-        runner_up: tuned.others.first().map(|found| Row::of(found, tuned.uncertainty)),
-        reference_uncertainty: tuned.uncertainty,
-        tried: tuned.tried,
-        interrupted: tuned.is_cut_short,
-    };
+    let report = TuneReport::new(&loaded.name, set_keys(set), &tuned);
     from_serde(py, &report)
 }
 
@@ -223,17 +146,6 @@ pub fn study<'py>(
     from_serde(py, &study)
 }
 
-/// What the bodies of a scene amount to, with the keys of `msd inspect --json`.
-#[derive(Serialize)]
-struct InspectReport<'a> {
-    scene: &'a str,
-    set: Map<String, Value>,
-    integrator: &'static str,
-    stable_step: f64,
-    bodies: Vec<Inspection>,
-    notes: &'a [String],
-}
-
 /// Inspect what the bodies of a scene amount to as materials: masses, moduli, frequencies.
 ///
 /// Returns a dict with the keys of `msd inspect --json`.
@@ -244,19 +156,6 @@ struct InspectReport<'a> {
 #[pyfunction]
 pub fn inspect<'py>(py: Python<'py>, scene: &Bound<'py, Scene>) -> PyResult<Bound<'py, PyAny>> {
     let Scene { loaded, set, .. } = scene.get();
-    let inspected = py.detach(|| -> Result<_, Error> {
-        let bodies = msd_study::inspection::inspect(&loaded.scene)?;
-        let simulation = Simulation::<f64>::new(&loaded.scene, loaded.settings)?;
-        Ok((bodies, simulation.stable_substep()))
-    });
-    let (bodies, stable_step) = inspected.map_err(|error| core_error(py, error))?;
-    let report = InspectReport {
-        scene: &loaded.name,
-        set: set_keys(set),
-        integrator: loaded.settings.integrator.name(),
-        stable_step,
-        bodies,
-        notes: &loaded.notes,
-    };
-    from_serde(py, &report)
+    let report = py.detach(|| InspectReport::new(loaded, set_keys(set)));
+    from_serde(py, &report.map_err(|error| core_error(py, error))?)
 }

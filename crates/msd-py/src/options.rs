@@ -4,6 +4,7 @@ use crate::errors::{core_error, refused};
 use msd_core::glam::DVec3;
 use msd_core::{Integrator, Select, Settings};
 use msd_run::{Runner, on};
+use msd_scene::schema::Solver;
 use msd_scene::{Loaded, Precision, nearest, tame};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -113,23 +114,14 @@ impl<'py> FromPyObject<'_, 'py> for Of {
     }
 }
 
-/// How a run is to be stepped.
-pub struct Solver {
-    pub settings: Settings,
-    pub precision: Precision,
-    pub automatic: bool,
-    pub threads: usize,
-}
-
 /// The most threads of a run.
-const MOST_THREADS: u64 = 1024;
+const MOST_THREADS: usize = 1024;
 
 /// The keywords of a run, each beside what its scene says; as on the command line, `step` alone
-/// takes one substep, and `substeps` alone divide 1/60 s.
-pub fn solver(loaded: &Loaded, options: Option<&Bound<'_, PyDict>>) -> PyResult<Solver> {
-    let Loaded { settings, precision, automatic, .. } = *loaded;
-    let mut solver = Solver { settings, precision, automatic, threads: 1 };
-    let Some(options) = options else { return Ok(solver) };
+/// takes one substep, and `substeps` alone divide 1/60 s. With the number of its threads.
+pub fn solver(loaded: &Loaded, options: Option<&Bound<'_, PyDict>>) -> PyResult<(Solver, usize)> {
+    let (mut solver, mut count) = (loaded.solver(), 1);
+    let Some(options) = options else { return Ok((solver, count)) };
     let py = options.py();
     let given = |key: &str| -> PyResult<Option<Bound<'_, PyAny>>> {
         Ok(options.get_item(key)?.filter(|value| !value.is_none()))
@@ -173,13 +165,12 @@ pub fn solver(loaded: &Loaded, options: Option<&Bound<'_, PyDict>>) -> PyResult<
     if let Some(threads) = given("threads")? {
         let wrong =
             || refused(py, format!("threads is {threads}; it must be from 1 to {MOST_THREADS}"));
-        let count = threads.extract::<u64>().map_err(|_| wrong())?;
+        count = threads.extract().map_err(|_| wrong())?;
         if !(1..=MOST_THREADS).contains(&count) {
             return Err(wrong());
         }
-        solver.threads = count as usize;
     }
-    Ok(solver)
+    Ok((solver, count))
 }
 
 /// The keywords of a run.

@@ -5,30 +5,10 @@ use crate::errors::{core_error, refused};
 use crate::lock::Shared;
 use crate::options::{Of, select};
 use msd_core::glam::DVec3;
-use msd_core::{Energy, Error, Real, Select, Simulation, Vector};
+use msd_core::{Error, Real, Select, Simulation, Vector};
 use msd_run::{Runner, on};
 use numpy::{Element, PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use serde::Serialize;
-
-/// Energy, joules, with the names of `msd run --json`.
-#[derive(Serialize)]
-pub struct EnergyReport {
-    kinetic: f64,
-    elastic: f64,
-    gravitational: f64,
-    dissipated: f64,
-    supplied: f64,
-    total: f64,
-}
-
-impl From<Energy> for EnergyReport {
-    fn from(energy: Energy) -> Self {
-        let Energy { kinetic, elastic, gravitational, dissipated, supplied, .. } = energy;
-        let total = energy.total();
-        EnergyReport { kinetic, elastic, gravitational, dissipated, supplied, total }
-    }
-}
 
 /// Numbers in the precision of a run.
 pub enum Numbers {

@@ -4,14 +4,14 @@ use crate::arrays;
 use crate::errors::{core_error, error, file_error, refused};
 use crate::force::Force;
 use crate::lock::{Shared, Threads};
-use crate::options::{Count, Of, Solver, Triple, select, solver};
-use crate::readings::{EnergyReport, numbers, vectors_of};
+use crate::options::{Count, Of, Triple, select, solver};
+use crate::readings::{numbers, vectors_of};
 use crate::scene::{Scene, settings_dict};
 use crate::stepping::{steps_in, turn};
 use crate::values::{from_serde, to_json};
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Interaction, Look, MaterialNumber, Plane, State};
-use msd_run::Runner;
+use msd_run::{EnergyReport, Runner};
 use msd_scene::{AnyState, Loaded, Output, read_saved, saved_bytes, state_hash, write_saved};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
@@ -129,8 +129,8 @@ impl Simulation {
         solver: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let loaded = &scene.get().loaded;
-        let Solver { settings, precision, automatic, threads } = self::solver(loaded, solver)?;
-        let runner = py.detach(|| Runner::open_with(loaded, settings, precision, automatic));
+        let (solver, threads) = self::solver(loaded, solver)?;
+        let runner = py.detach(|| Runner::open_with(loaded, solver));
         let runner = runner.map_err(|error| core_error(py, error))?;
         Ok(Simulation::of(loaded, runner, threads))
     }

@@ -28,6 +28,7 @@ pub mod pace;
 pub use automatic::{Substeps, steps_between};
 pub use crossings::{WentThrough, crossings, steps_between_counts};
 pub use history::History;
+pub use quantity::EnergyReport;
 pub use runner::{Moment, Runner, Touched};
 pub use trace::Trace;
 pub use watch::{Cells, Finding, Kind, Overturned, Pierced, Piercing, Readings, Watch};

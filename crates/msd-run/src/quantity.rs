@@ -2,6 +2,9 @@
 //!
 //! Files and `--json` keep all digits; these are for reading.
 
+use msd_core::Energy;
+use serde::Serialize;
+
 /// SI prefixes from the largest on.
 const PREFIXES: [(f64, &str); 8] = [
     (1e12, "T"),
@@ -73,6 +76,48 @@ pub fn rounded(value: f64, digits: usize) -> String {
     } else {
         let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
         trimmed(&format!("{value:.decimals$}"))
+    }
+}
+
+/// Energy with its total, joules; a part of `msd run --json`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct EnergyReport {
+    /// Of motion.
+    pub kinetic: f64,
+    /// In springs, bends and volumes.
+    pub elastic: f64,
+    /// In uniform fields; zero at the origin.
+    pub gravitational: f64,
+    /// Dissipated since the start.
+    pub dissipated: f64,
+    /// Supplied since the start by moving solids, wind and user-defined elements.
+    pub supplied: f64,
+    /// [`Energy::total`].
+    pub total: f64,
+}
+
+impl From<Energy> for EnergyReport {
+    fn from(energy: Energy) -> Self {
+        let Energy { kinetic, elastic, gravitational, dissipated, supplied, .. } = energy;
+        let total = energy.total();
+        EnergyReport { kinetic, elastic, gravitational, dissipated, supplied, total }
+    }
+}
+
+impl EnergyReport {
+    /// All of it in a line of a summary.
+    pub fn summary(&self) -> String {
+        let EnergyReport { kinetic, elastic, gravitational, dissipated, supplied, total } = *self;
+        let [kinetic, elastic, gravitational, dissipated, total] =
+            [kinetic, elastic, gravitational, dissipated, total].map(number);
+        let supplied = match supplied {
+            0.0 => String::new(),
+            work => format!(", supplied by what drives it {}", number(work)),
+        };
+        format!(
+            "energy, J: kinetic {kinetic}, elastic {elastic}, gravitational {gravitational}, \
+             dissipated {dissipated}{supplied}, total {total}"
+        )
     }
 }
 

@@ -145,8 +145,8 @@ impl<'a> Replay<'a> {
 /// A saved run made ready with changes. What was chosen while it was recorded stands in the
 /// recording: nothing is chosen anew.
 fn open(start: &Loaded, changes: &SolverRow) -> Result<Runner, Error> {
-    let Solver { settings, precision, .. } = start.solver().with(changes);
-    Runner::open_with(start, settings, precision, false)
+    let solver = start.solver().with(changes);
+    Runner::open_with(start, Solver { automatic: false, ..solver })
 }
 
 /// A grab as weak as the core makes it for a substep of `h` seconds. A run with shorter substeps

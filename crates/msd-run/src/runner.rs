@@ -11,7 +11,7 @@ use msd_core::{
     Scene, Settings, Shell, Simulation, Vector, Witness,
 };
 use msd_scene::schema::Solver;
-use msd_scene::{AnyState, Loaded, Precision, Viewpoint, Wind};
+use msd_scene::{AnyState, Loaded, Precision, Wind};
 use serde::Serialize;
 
 /// The most work of a step that someone waits for, evaluations of springs and particles: a fraction
@@ -75,21 +75,15 @@ impl Runner {
     /// # Errors
     /// See [`Simulation::new`] and [`Simulation::resume`].
     pub fn open(loaded: &Loaded) -> Result<Self, Error> {
-        Runner::open_with(loaded, loaded.settings, loaded.precision, loaded.automatic)
+        Runner::open_with(loaded, loaded.solver())
     }
 
-    /// Makes it ready with another solver; `automatic` is whether substeps are chosen from the
-    /// predicted limit, in place of those of the settings.
+    /// Makes it ready with another solver.
     ///
     /// # Errors
     /// See [`Runner::open`].
-    pub fn open_with(
-        loaded: &Loaded,
-        settings: Settings,
-        precision: Precision,
-        automatic: bool,
-    ) -> Result<Self, Error> {
-        let mut runner = Runner::open_lazily(loaded, settings, precision, automatic)?;
+    pub fn open_with(loaded: &Loaded, solver: Solver) -> Result<Self, Error> {
+        let mut runner = Runner::open_lazily(loaded, solver)?;
         runner.substeps_mut().is_lazy = false;
         if runner.is_open() {
             runner.choose()?;
@@ -103,12 +97,8 @@ impl Runner {
     ///
     /// # Errors
     /// See [`Runner::open`].
-    pub fn open_lazily(
-        loaded: &Loaded,
-        settings: Settings,
-        precision: Precision,
-        automatic: bool,
-    ) -> Result<Self, Error> {
+    pub fn open_lazily(loaded: &Loaded, solver: Solver) -> Result<Self, Error> {
+        let Solver { settings, precision, automatic } = solver;
         let Some(progress) = &loaded.progress else {
             let mut runner = Runner::new(&loaded.scene, settings, precision)?;
             runner.substeps_mut().is_lazy = true;
@@ -138,19 +128,12 @@ impl Runner {
             scene.world.force = calm + wind.mean().force(0.0);
         }
         Loaded {
-            name: name.into(),
             title: title.into(),
-            scene,
-            settings: self.settings(),
             automatic: self.is_automatic(),
             precision: self.precision(),
-            camera: Viewpoint::default(),
-            notes: Vec::new(),
-            files: Vec::new(),
-            made: Vec::new(),
-            rest_scales: Vec::new(),
             wind,
             progress: Some(Box::new(progress)),
+            ..Loaded::new(name, scene, self.settings())
         }
     }
 

@@ -53,6 +53,25 @@ pub struct Loaded {
 }
 
 impl Loaded {
+    /// Rows that a program made, called by a name: in single precision, at fixed substeps.
+    pub fn new(name: impl Into<String>, scene: Scene, settings: Settings) -> Self {
+        Loaded {
+            name: name.into(),
+            title: String::new(),
+            scene,
+            settings,
+            automatic: false,
+            precision: Precision::F32,
+            camera: Viewpoint::default(),
+            notes: Vec::new(),
+            files: Vec::new(),
+            made: Vec::new(),
+            rest_scales: Vec::new(),
+            wind: None,
+            progress: None,
+        }
+    }
+
     /// The scene to be run from time 0 where a saved run is: what moves is as far on its way.
     pub fn restarted(mut self) -> Self {
         if let Some(progress) = &self.progress {

@@ -387,11 +387,9 @@ fn finish(source: &Source<'_>, understood: Understood) -> Loaded {
     // In messages and in saved runs both are a part of a line.
     let line = |text: &str| text.replace(char::is_control, " ");
     let name = line(&Path::new(source.name).file_stem().unwrap_or_default().to_string_lossy());
+    let title = understood.title.map_or_else(|| name.clone(), |title| line(&title));
     Loaded {
-        title: understood.title.map_or_else(|| name.clone(), |title| line(&title)),
-        name,
-        scene: understood.scene,
-        settings: understood.settings,
+        title,
         automatic: understood.automatic,
         precision: understood.precision,
         camera: understood.camera,
@@ -399,8 +397,7 @@ fn finish(source: &Source<'_>, understood: Understood) -> Loaded {
         made: understood.made,
         rest_scales: understood.rest_scales,
         wind: understood.wind,
-        files: Vec::new(),
-        progress: None,
+        ..Loaded::new(name, understood.scene, understood.settings)
     }
 }
 

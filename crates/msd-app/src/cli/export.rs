@@ -3,13 +3,13 @@
 use super::arguments::ExportArguments;
 use super::failure::{Failure, hush, note, say};
 use super::places::Places;
+use super::run::explain_end;
 use super::run::prepare::{Prepared, prepare};
-use super::run::{SetKeys, explain_end, set_keys};
 use super::steps::Interrupt;
 use super::steps::Moments;
 use super::steps::Steps;
 use msd_run::export::{Export, Format};
-use msd_scene::{FileError, shown_path};
+use msd_scene::{FileError, SetKeys, set_keys, shown_path};
 use msd_study::quantity::{number, quantity};
 use serde::Serialize;
 use std::path::Path;

@@ -2,49 +2,23 @@
 
 use super::arguments::InspectArguments;
 use super::failure::{Failure, say};
-use super::run::{SetKeys, open_scene, set_keys};
+use super::run::open_scene;
 use super::steps::SlowNotice;
-use msd_core::{Settings, Simulation};
-use msd_scene::{Loaded, shown_path, tame};
-use msd_study::inspection::{Directions, Inspection, Touching, TouchingWith, inspect};
+use msd_scene::{set_keys, shown_path, tame};
+use msd_study::inspection::{Directions, InspectReport, Inspection, Touching, TouchingWith};
 use msd_study::quantity::{counted, number, quantity, rounded};
-use serde::Serialize;
-
-/// The keys of `--json`.
-#[derive(Debug, Serialize)]
-struct InspectReport {
-    scene: String,
-    set: SetKeys,
-    integrator: String,
-    /// The largest stable substep, seconds; null where any is stable.
-    stable_step: f64,
-    bodies: Vec<Inspection>,
-    notes: Vec<String>,
-}
 
 /// Inspects a scene at its start.
 pub fn run_inspect(arguments: &InspectArguments) -> Result<(), Failure> {
     let loaded = open_scene(&arguments.scene, &arguments.set.set)?;
     let refused = |error| Failure::input(format!("{}: {error}", shown_path(&arguments.scene)));
-    let Loaded { name, scene, settings, notes, made, .. } = loaded;
     let notice = SlowNotice::new("looking for the slowest motions of the bodies".to_owned());
-    let bodies = inspect(&scene).map_err(refused)?;
+    let report = InspectReport::new(&loaded, set_keys(&arguments.set.set)).map_err(refused)?;
     drop(notice);
-    let Settings { integrator, .. } = settings;
-    let simulation = Simulation::<f64>::new(&scene, settings).map_err(refused)?;
-    let stable_step = simulation.stable_substep();
-    let report = InspectReport {
-        scene: name,
-        set: set_keys(&arguments.set.set),
-        integrator: integrator.to_string(),
-        stable_step,
-        bodies,
-        notes,
-    };
     if arguments.json {
         return say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?);
     }
-    let asked: Vec<_> = made.iter().map(|made| made.and_then(|made| made.young)).collect();
+    let asked: Vec<_> = loaded.made.iter().map(|made| made.and_then(|made| made.young)).collect();
     say(&text(&report, &asked))
 }
 

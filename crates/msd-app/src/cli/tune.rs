@@ -2,72 +2,15 @@
 
 use super::arguments::TuneArguments;
 use super::failure::{Failure, say};
-use super::run::{SetKeys, open_scene, set_keys};
+use super::run::open_scene;
 use super::steps::Terminal;
 use super::study::halted;
-use msd_scene::{SceneFormat, shown_path, write_file};
-use msd_study::choice::{Choice, FRAME, Fineness};
+use msd_scene::{SceneFormat, set_keys, shown_path, write_file};
+use msd_study::choice::{Choice, FRAME};
 use msd_study::quantity::{estimate, quantity};
 use msd_study::trial::adds;
-use msd_study::tune::{Found, Goal, Tuned, tune, with_choice};
-use serde::Serialize;
+use msd_study::tune::{Found, Goal, TuneReport, Tuned, tune, with_choice};
 use std::path::Path;
-
-/// What tuning found; the keys of `--json`.
-#[derive(Debug, Serialize)]
-struct TuneReport {
-    scene: String,
-    set: SetKeys,
-    duration: f64,
-    compared_until: f64,
-    chaotic_after: Option<f64>,
-    goal: Goal,
-    met: bool,
-    #[serde(flatten)]
-    best: Row,
-    runner_up: Option<Row>,
-    reference_uncertainty: f64,
-    tried: usize,
-    interrupted: bool,
-    written: Option<String>,
-}
-
-/// A choice and what is known of it.
-#[derive(Debug, Serialize)]
-pub struct Row {
-    integrator: String,
-    precision: String,
-    /// Length of an integration step, seconds; null for adaptive methods.
-    step: Option<f64>,
-    substeps: Option<u32>,
-    tolerance: Option<f64>,
-    predicted_error: Option<f64>,
-    verified_error: f64,
-    ms_per_frame: f64,
-}
-
-impl Row {
-    /// The row of a choice that was found, its errors no finer than what the reference is certain
-    /// to, metres.
-    pub fn of(found: &Found, uncertainty: f64) -> Self {
-        let Found { trial, predicted_error } = found;
-        let Choice { integrator, fineness, precision } = trial.choice;
-        let (substeps, tolerance) = match fineness {
-            Fineness::Substeps(substeps) => (Some(substeps), None),
-            Fineness::Tolerance(tolerance) => (None, Some(tolerance)),
-        };
-        Row {
-            integrator: integrator.to_string(),
-            precision: precision.to_string(),
-            step: substeps.map(|substeps| FRAME / f64::from(substeps)),
-            substeps,
-            tolerance,
-            predicted_error: predicted_error.map(|error| error.max(uncertainty)),
-            verified_error: trial.error().max(uncertainty),
-            ms_per_frame: 1e3 * trial.cost * FRAME,
-        }
-    }
-}
 
 /// Tunes a scene and prints, or writes, the result.
 pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
@@ -93,21 +36,8 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
         let lines = summary(&loaded.name, &tuned, written.as_deref(), arguments.write);
         return Failure::all(unwritten.into_iter().chain(say(&lines).err()).chain(ended));
     }
-    let report = TuneReport {
-        scene: loaded.name,
-        set: set_keys(&arguments.set.set),
-        duration: tuned.duration,
-        compared_until: tuned.compared,
-        chaotic_after: tuned.horizon,
-        goal,
-        met: tuned.met,
-        best: Row::of(&tuned.best, tuned.uncertainty),
-        runner_up: tuned.others.first().map(|found| Row::of(found, tuned.uncertainty)),
-        reference_uncertainty: tuned.uncertainty,
-        tried: tuned.tried,
-        interrupted: ended.is_some(),
-        written,
-    };
+    let report = TuneReport::new(&loaded.name, set_keys(&arguments.set.set), &tuned);
+    let report = TuneReport { written, ..report };
     let said = say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?);
     Failure::all(unwritten.into_iter().chain(said.err()).chain(ended))
 }

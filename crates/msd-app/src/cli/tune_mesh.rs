@@ -2,18 +2,18 @@
 
 use super::arguments::TuneArguments;
 use super::failure::{Failure, say};
-use super::run::{SetKeys, open_draft, set_keys};
+use super::run::open_draft;
 use super::steps::Terminal;
-use super::tune::{Row, writable, write_choice};
+use super::tune::{writable, write_choice};
 use msd_scene::schema::{
     BodyKey, BodyRow, EndRow, Kind, LinkRow, MassRow, MaterialRow, PinRow, SceneFile,
 };
-use msd_scene::{SceneFormat, plain, shown_path};
+use msd_scene::{SceneFormat, SetKeys, plain, set_keys, shown_path};
 use msd_study::choice::{Choice, FRAME};
 use msd_study::monitor::Halt;
 use msd_study::quantity::{estimate, quantity};
 use msd_study::space::{Space, SpacePlan, Verdict};
-use msd_study::tune::{FoundSpacing, TunedSpacing, tune_spacing, with_choice};
+use msd_study::tune::{ChoiceReport, FoundSpacing, TunedSpacing, tune_spacing, with_choice};
 use serde::Serialize;
 
 /// What tuning with the mesh found; the keys of `--json`.
@@ -32,7 +32,7 @@ struct MeshReport {
     /// What the limit of ever finer spacings may be off, metres.
     doubt: Option<f64>,
     #[serde(flatten)]
-    best: Option<Row>,
+    best: Option<ChoiceReport>,
     space: Space,
     written: Option<String>,
 }
@@ -74,7 +74,7 @@ pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Fa
             space_error: found.map(|found| found.space_error),
             total_error: found.map(|found| found.verified),
             doubt: tuned.doubt.is_finite().then_some(tuned.doubt),
-            best: found.map(|found| Row::of(&found.tuned.best, found.tuned.uncertainty)),
+            best: found.map(|found| ChoiceReport::new(&found.tuned.best, found.tuned.uncertainty)),
             space: tuned.space,
             written,
         };

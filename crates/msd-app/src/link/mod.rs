@@ -16,6 +16,7 @@ pub use own_scene::OwnScene;
 use msd_run::Runner;
 use msd_run::live::set_all;
 use msd_scene::keys::Live;
+use msd_scene::schema::Solver;
 use msd_scene::{BUILTINS, Edits, Loaded, Precision};
 use seal::{seal, unseal};
 use serde::{Deserialize, Serialize};
@@ -166,8 +167,9 @@ impl Link {
         let loaded = self.load().map_err(|error| error.to_string())?;
         let refused = |error: msd_core::Error| format!("{}: {error}", loaded.name);
         // In double precision no number of the scene is rounded.
-        let mut runner =
-            Runner::open_with(&loaded, loaded.settings, Precision::F64, false).map_err(refused)?;
+        let precise =
+            Solver { settings: loaded.settings, precision: Precision::F64, automatic: false };
+        let mut runner = Runner::open_with(&loaded, precise).map_err(refused)?;
         self.edit(&loaded, &mut runner)?;
         let (scene, _) = runner.progress();
         Ok(Loaded { scene, ..loaded })

@@ -78,7 +78,6 @@ impl Origins<'_> {
 
     fn unbounded(&self, origin: Origin) -> Result<Runner, String> {
         let refused = |error: Error| error.to_string();
-        let (settings, precision) = (self.runner.settings(), self.runner.precision());
         match origin {
             Origin::Here => Ok(self.runner.clone()),
             Origin::Earlier => {
@@ -88,14 +87,12 @@ impl Origins<'_> {
                 Ok(runner)
             }
             Origin::Start => {
-                let automatic = self.runner.is_automatic();
-                let mut settings = settings;
-                if automatic && self.loaded.automatic {
+                let mut solver = self.runner.solver();
+                if solver.automatic && self.loaded.automatic {
                     // Chosen as at the first opening.
-                    settings.substeps = self.loaded.settings.substeps;
+                    solver.settings.substeps = self.loaded.settings.substeps;
                 }
-                let mut runner =
-                    open(self.loaded, settings, precision, automatic).map_err(refused)?;
+                let mut runner = open(self.loaded, solver).map_err(refused)?;
                 set_all(&mut runner, self.loaded, self.edits)?;
                 runner.calm();
                 if self.wind.is_gusty() {
@@ -104,10 +101,7 @@ impl Origins<'_> {
                 }
                 Ok(runner)
             }
-            Origin::Scene => {
-                let Loaded { settings, precision, automatic, .. } = *self.loaded;
-                open(self.loaded, settings, precision, automatic).map_err(refused)
-            }
+            Origin::Scene => open(self.loaded, self.loaded.solver()).map_err(refused),
         }
     }
 

@@ -116,8 +116,7 @@ impl Session {
     /// # Errors
     /// The first row or setting of the scene that is out of its domain.
     pub fn new(loaded: Loaded) -> Result<Self, Error> {
-        let Loaded { settings, precision, automatic, .. } = loaded;
-        let run = Run::new(run::open(&loaded, settings, precision, automatic)?);
+        let run = Run::new(run::open(&loaded, loaded.solver())?);
         let watch = Watch::new(run.runner(), &loaded.scene);
         let material = Material::of(&loaded);
         let space = known(&loaded.scene).filter(|space| space.error().is_some());

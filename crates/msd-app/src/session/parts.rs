@@ -8,6 +8,7 @@ use msd_run::live::{keep_off, made_bodies, off, off_again, parts_off, select, se
 use msd_run::{Runner, on};
 use msd_scene::keys::Live;
 use msd_scene::parts::Part;
+use msd_scene::schema::Solver;
 use msd_scene::{AnyState, Assignment, Edits, Loaded, Precision};
 use std::ops::Range;
 
@@ -129,7 +130,8 @@ impl Session {
     fn again(&self, part: Part, set: &Edits) -> Result<Vec<Interaction>, String> {
         // In double precision no number of the scene is rounded.
         let settings = self.runner().settings();
-        let whole = Runner::open_with(&self.loaded, settings, Precision::F64, false);
+        let solver = Solver { settings, precision: Precision::F64, automatic: false };
+        let whole = Runner::open_with(&self.loaded, solver);
         let mut whole = whole.map_err(|error| error.to_string())?;
         set_all(&mut whole, &self.loaded, set)?;
         let Scene { springs, planes, world, .. } = whole.progress().0;

@@ -1,9 +1,10 @@
 //! The run behind one gate, and readings of it that are void once it was changed.
 
 use msd_core::stability::Estimator;
-use msd_core::{Error, Interaction, Settings};
+use msd_core::{Error, Interaction};
 use msd_run::Runner;
-use msd_scene::{Loaded, Precision};
+use msd_scene::Loaded;
+use msd_scene::schema::Solver;
 
 /// The wall-clock time that each prediction of the longest stable substep takes of a frame,
 /// seconds.
@@ -98,14 +99,9 @@ impl Run {
 }
 
 /// Opens a run to be shown.
-pub(super) fn open(
-    loaded: &Loaded,
-    settings: Settings,
-    precision: Precision,
-    automatic: bool,
-) -> Result<Runner, Error> {
+pub(super) fn open(loaded: &Loaded, solver: Solver) -> Result<Runner, Error> {
     let open = if IS_LAZY { Runner::open_lazily } else { Runner::open_with };
-    let mut runner = open(loaded, settings, precision, automatic)?;
+    let mut runner = open(loaded, solver)?;
     // The session sets gusts itself, as it records them.
     runner.calm();
     Ok(runner)

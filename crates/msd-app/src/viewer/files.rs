@@ -229,13 +229,13 @@ impl Viewer {
             None => loaded.files.first().map(|file| shown(file)),
         };
         let named = scene.and_then(|scene| Some((msd_scene::open(&scene).ok()?, scene)));
-        let (settings, precision) = (runner.settings(), runner.precision());
+        let settings = runner.settings();
         let is_start = |written: &Loaded| {
             // The command line divides frames, whatever the steps of the scene are.
             let is_sayable = settings.step == written.settings.step
                 && (settings.step == Settings::default().step
                     || !options(written, runner).contains("--substeps"));
-            let start = Runner::open_with(written, settings, precision, runner.is_automatic());
+            let start = Runner::open_with(written, runner.solver());
             is_sayable && start.is_ok_and(|start| start.progress() == runner.progress())
         };
         Ok(match named.filter(|(written, _)| is_start(written)) {

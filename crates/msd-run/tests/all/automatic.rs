@@ -4,6 +4,7 @@ use msd_core::glam::DVec3;
 use msd_core::stability::Estimator;
 use msd_core::{Integrator, Interaction, Particle, Select, Settings, Simulation, Vector};
 use msd_run::{History, Runner, on, steps_between};
+use msd_scene::schema::Solver;
 use msd_scene::{
     BUILTINS, Loaded, Output, Precision, SceneFormat, load_saved, open, parse, state_hash,
     write_saved,
@@ -243,9 +244,8 @@ fn a_return_restores_the_substeps_of_then() {
 
 #[test]
 fn a_choice_that_waits_still_does_after_a_return() {
-    let Loaded { settings, precision, .. } = automatic("cube");
-    let opened = Runner::open_lazily(&automatic("cube"), settings, precision, true);
-    let mut run = opened.expect("a valid scene");
+    let loaded = automatic("cube");
+    let mut run = Runner::open_lazily(&loaded, loaded.solver()).expect("a valid scene");
     let moment = run.moment();
     run.go_back(&moment).expect("a state");
     assert!(run.is_open());
@@ -326,9 +326,10 @@ fn what_is_chosen_in_pieces_is_what_is_chosen_at_once() {
         Interaction::Pin { particle: 3, velocity: DVec3::ZERO },
     );
     for loaded in [squashed(), automatic("cube"), automatic("cloth")] {
-        let Loaded { settings, precision, .. } = loaded;
+        let Loaded { settings, .. } = loaded;
         let mut eager = runner(&loaded);
-        let run = Runner::open_lazily(&loaded, settings, precision, true).expect("a valid scene");
+        let solver = Solver { automatic: true, ..loaded.solver() };
+        let run = Runner::open_lazily(&loaded, solver).expect("a valid scene");
         assert!(run.is_open() && !eager.is_open());
         assert_eq!(substeps(&run), settings.substeps, "nothing is chosen yet");
         let mut lazy = Lazy { run, estimator: Estimator::default(), most: 0 };

@@ -8,6 +8,7 @@ use msd_core::stability::Mode;
 use msd_core::{
     Bend, Body, Error, Moduli, Pin, Scene, Settings, Shell, Simulation, Spring, Volume,
 };
+use msd_scene::{Loaded, SetKeys};
 use serde::Serialize;
 
 /// Slow motions that are sought, and the most particles of a body that they are sought in: they
@@ -17,7 +18,42 @@ const MOST_SOUGHT: usize = 4000;
 /// Motions that nothing resists, beyond which slow ones are not found among them.
 const MOST_FREE: usize = 10;
 
-/// A body as if it were of a uniform material; the keys of `msd inspect --json`.
+/// What the bodies of a scene amount to at its start; the keys of `msd inspect --json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct InspectReport {
+    /// Name of the scene.
+    pub scene: String,
+    /// Keys of the scene that were set.
+    pub set: SetKeys,
+    /// Name of the method.
+    pub integrator: &'static str,
+    /// The longest stable substep, seconds; infinite where any is stable.
+    pub stable_step: f64,
+    /// Its bodies.
+    pub bodies: Vec<Inspection>,
+    /// What the author of the file should know.
+    pub notes: Vec<String>,
+}
+
+impl InspectReport {
+    /// Inspects a scene of which some keys were set.
+    ///
+    /// # Errors
+    /// As [`inspect`] and [`Simulation::new`].
+    pub fn new(loaded: &Loaded, set: SetKeys) -> Result<Self, Error> {
+        let Loaded { name, scene, settings, notes, .. } = loaded;
+        Ok(InspectReport {
+            scene: name.clone(),
+            set,
+            integrator: settings.integrator.name(),
+            bodies: inspect(scene)?,
+            stable_step: Simulation::<f64>::new(scene, *settings)?.stable_substep(),
+            notes: notes.clone(),
+        })
+    }
+}
+
+/// A body as if it were of a uniform material; a part of `msd inspect --json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Inspection {
     /// Its name.

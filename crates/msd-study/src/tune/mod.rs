@@ -5,6 +5,7 @@ mod slope;
 mod solver_section;
 mod elsewhere;
 mod spacing;
+mod report;
 
 use crate::candidates::choice::{Choice, FRAME, Fineness};
 use crate::candidates::ladder::{Ladder, PREDICTION, ladders};
@@ -17,6 +18,7 @@ use msd_scene::Precision;
 use serde::{Deserialize, Serialize};
 
 pub use elsewhere::{Elsewhere, retry};
+pub use report::{ChoiceReport, TuneReport};
 pub use solver_section::{put, with_choice};
 pub use spacing::{FoundSpacing, TunedSpacing, tune_spacing};
 

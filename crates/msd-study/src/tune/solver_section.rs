@@ -2,6 +2,7 @@
 //! comments too.
 
 use crate::candidates::choice::{Choice, Fineness};
+use msd_scene::schema::SolverRow;
 use msd_scene::{FileError, SceneFormat, read};
 use toml_edit::{Item, TableLike, Value};
 
@@ -40,7 +41,7 @@ fn rewritten(
             };
             solver.remove(CONTRADICTED);
             for (key, value) in entries(choice) {
-                put(solver, key, toml_value(value));
+                put(solver, &key, toml_value(value));
             }
             Ok(file.to_string())
         }
@@ -57,9 +58,7 @@ fn rewritten(
                 return Err(refused("its solver is not an object".into()));
             };
             solver.shift_remove(CONTRADICTED);
-            for (key, value) in entries(choice) {
-                solver.insert(key.into(), json_value(value));
-            }
+            solver.extend(entries(choice));
             let text = serde_json::to_string_pretty(&file);
             Ok(text.map_err(|error| refused(error.to_string()))? + "\n")
         }
@@ -77,42 +76,29 @@ pub fn put(table: &mut dyn TableLike, key: &str, mut value: Value) {
     }
 }
 
-/// A value of the solver section.
-enum SolverValue {
-    Text(&'static str),
-    Whole(u32),
-    Number(f64),
-}
-
-fn entries(choice: Choice) -> Vec<(&'static str, SolverValue)> {
-    let fineness = match choice.fineness {
-        Fineness::Substeps(substeps) => ("substeps", SolverValue::Whole(substeps)),
-        Fineness::Tolerance(tolerance) => ("tolerance", SolverValue::Number(tolerance)),
+/// The keys of the solver section that ask for a choice, with their values.
+fn entries(choice: Choice) -> serde_json::Map<String, serde_json::Value> {
+    let Choice { integrator, fineness, precision } = choice;
+    let fineness = match fineness {
+        Fineness::Substeps(substeps) => SolverRow::substeps(substeps),
+        Fineness::Tolerance(tolerance) => SolverRow::tolerance(tolerance),
     };
-    vec![
-        ("integrator", SolverValue::Text(choice.integrator.name())),
-        ("steps_per_second", SolverValue::Whole(60)),
-        fineness,
-        ("precision", SolverValue::Text(choice.precision.name())),
-    ]
+    let row = SolverRow { integrator: Some(integrator), precision: Some(precision), ..fineness };
+    let mut entries = row.entries();
+    entries.insert("steps_per_second".into(), 60.into());
+    entries
 }
 
 /// The key that excludes `steps_per_second`.
 const CONTRADICTED: &str = "step";
 
-fn toml_value(entry: SolverValue) -> Value {
-    match entry {
-        SolverValue::Text(text) => text.into(),
-        SolverValue::Whole(number) => i64::from(number).into(),
-        SolverValue::Number(number) => number.into(),
-    }
-}
-
-fn json_value(entry: SolverValue) -> serde_json::Value {
-    match entry {
-        SolverValue::Text(text) => text.into(),
-        SolverValue::Whole(number) => number.into(),
-        SolverValue::Number(number) => number.into(),
+fn toml_value(value: serde_json::Value) -> Value {
+    match value {
+        serde_json::Value::Number(number) => match number.as_i64() {
+            Some(whole) => whole.into(),
+            None => number.as_f64().unwrap_or(f64::NAN).into(),
+        },
+        value => value.as_str().unwrap_or_default().into(),
     }
 }
 

@@ -2,25 +2,11 @@
 
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator, Material, Plane, Scene, Settings, World, shape};
-use msd_scene::{Loaded, Precision, Viewpoint};
+use msd_scene::{Loaded, Precision};
 use msd_study::terms::{TermRow, terms};
 
 fn loaded(scene: Scene, precision: Precision) -> Loaded {
-    Loaded {
-        name: "test".into(),
-        title: String::new(),
-        scene,
-        settings: Settings::default(),
-        automatic: false,
-        camera: Viewpoint::default(),
-        precision,
-        notes: Vec::new(),
-        files: Vec::new(),
-        made: Vec::new(),
-        rest_scales: Vec::new(),
-        wind: Default::default(),
-        progress: None,
-    }
+    Loaded { precision, ..Loaded::new("test", scene, Settings::default()) }
 }
 
 fn names(rows: &[TermRow]) -> Vec<&str> {

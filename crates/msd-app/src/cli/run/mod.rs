@@ -8,7 +8,7 @@ mod replay;
 
 pub use prepare::{is_endless, link, open_draft, open_scene};
 pub use replay::replay;
-pub use report::{SetKeys, evaluations, set_keys};
+pub use report::evaluations;
 
 use super::arguments::RunArguments;
 use super::failure::{Failure, hush, say};
@@ -19,6 +19,7 @@ use files::Files;
 use msd_core::{Divergence, Error};
 use msd_run::rescue::LASTING;
 use msd_run::{Kind, Runner};
+use msd_scene::set_keys;
 use msd_study::quantity::quantity;
 use prepare::{FRAME, Prepared, prepare};
 use report::{Done, RunReport};

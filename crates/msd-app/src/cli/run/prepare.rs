@@ -10,6 +10,7 @@ use msd_core::{Integrator, Scene, Settings, Solid};
 use msd_run::rescue::LASTING;
 use msd_run::{Finding, Kind, Moment, Runner, Watch, on};
 use msd_scene::materials::Made;
+use msd_scene::schema::{OrAuto, SolverRow};
 use msd_scene::{Assignment, Draft, Loaded, Viewpoint, load_state, open_set, plain, shown_path};
 use msd_study::quantity::{number, quantity, rounded};
 use std::path::{Path, PathBuf};
@@ -203,12 +204,11 @@ fn open(
     let opened = link.as_ref().map_or_else(|| open_set(scene, set), Link::load);
     let loaded = opened.map_err(Failure::input)?;
     drop(notice);
-    let (settings, automatic) = chosen(&loaded, solver);
-    check_read(settings.integrator, solver)?;
-    let precision = solver.precision.unwrap_or(loaded.precision);
+    let chosen = loaded.solver().with(&row(solver));
+    check_read(chosen.settings.integrator, solver)?;
     let count = loaded.scene.particles.len();
     let notice = SlowNotice::new(format!("preparing {count} particles"));
-    let runner = Runner::open_with(&loaded, settings, precision, automatic);
+    let runner = Runner::open_with(&loaded, chosen);
     drop(notice);
     let mut runner = runner.map_err(|error| {
         // The file is right in its own precision.
@@ -241,29 +241,26 @@ pub fn is_endless(steps: f64) -> bool {
     MAX_STEPS < steps
 }
 
-/// The solver of the scene, and what the command line says instead; whether substeps are automatic.
-fn chosen(loaded: &Loaded, solver: &SolverArguments) -> (Settings, bool) {
-    let (mut settings, mut automatic) = (loaded.settings, loaded.automatic);
-    settings.integrator = solver.integrator.unwrap_or(settings.integrator);
-    match solver.step {
-        Some(Step::Seconds(step)) => (settings.step, settings.substeps) = (step, 1),
-        // Chosen when the state is known; of Verlet it matters that it is one substep.
-        Some(Step::Auto) => settings.substeps = 1,
-        None => {}
+/// The keys of the solver that the command line sets.
+pub fn row(solver: &SolverArguments) -> SolverRow {
+    let SolverArguments { integrator, step, substeps, tolerance, newton, precision, .. } = *solver;
+    let newton = newton.map(u64::from);
+    let mut row = SolverRow { integrator, tolerance, newton, precision, ..SolverRow::default() };
+    if let Some(Step::Seconds(step)) = step {
+        row.step = OrAuto::Given(step);
     }
-    if solver.step.is_some() {
-        automatic = false;
+    // One that is chosen when the state is known too: it matters to Verlet.
+    if step.is_some() {
+        row.substeps = Some(OrAuto::Given(1));
     }
-    if let Some(substeps) = solver.substeps {
-        settings.step = FRAME;
-        automatic = substeps == Substeps::Auto;
-        if let Substeps::Count(count) = substeps {
-            settings.substeps = count;
-        }
+    if let Some(substeps) = substeps {
+        row.step = OrAuto::Given(FRAME);
+        row.substeps = Some(match substeps {
+            Substeps::Auto => OrAuto::Auto,
+            Substeps::Count(count) => OrAuto::Given(count.into()),
+        });
     }
-    settings.tolerance = solver.tolerance.unwrap_or(settings.tolerance);
-    settings.newton = solver.newton.unwrap_or(settings.newton);
-    (settings, automatic)
+    row
 }
 
 /// Sets the longest step that is no longer than automatic substeps would be and ends a run of

@@ -1,7 +1,7 @@
 //! `msd run --replay`: a recorded run happens again, to the bit or beside one with another solver.
 
 use super::files::Files;
-use super::prepare::{Prepared, is_endless, watch_from};
+use super::prepare::{Prepared, is_endless, row, watch_from};
 use super::report::{Comparison, Distance, Done, RunReport};
 use super::tell_report;
 use super::{explain_divergence, interrupted};
@@ -80,18 +80,13 @@ fn load(path: &Path, salvage: bool) -> Result<Recording, Failure> {
 
 /// The solver that a replay is to have instead of that recorded.
 fn changes(solver: &SolverArguments) -> Result<SolverRow, Failure> {
-    let SolverArguments { integrator, substeps, tolerance, newton, precision, .. } = *solver;
-    let substeps = match substeps {
-        Some(Substeps::Auto) => {
-            let reason = "--substeps auto does not go with --replay, which takes the substeps that \
-                          were recorded, or a number";
-            return Err(Failure::input(reason));
-        }
-        Some(Substeps::Count(count)) => Some(OrAuto::Given(count.into())),
-        None => None,
-    };
-    let newton = newton.map(u64::from);
-    Ok(SolverRow { integrator, substeps, tolerance, newton, precision, ..SolverRow::default() })
+    if solver.substeps == Some(Substeps::Auto) {
+        let reason = "--substeps auto does not go with --replay, which takes the substeps that \
+                      were recorded, or a number";
+        return Err(Failure::input(reason));
+    }
+    // Its substeps are those of a recorded step.
+    Ok(SolverRow { step: OrAuto::Auto, ..row(solver) })
 }
 
 /// A replay as a run that is about to start, for its report.

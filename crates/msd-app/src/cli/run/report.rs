@@ -2,21 +2,12 @@
 
 use super::prepare::Prepared;
 use msd_core::methods::Solved;
-use msd_core::{Contacts, Energy, Integrator, Momentum};
-use msd_run::{Finding, Kind, Overturned, Pierced, Runner, Touched};
-use msd_scene::{Assignment, Precision, state_hash};
+use msd_core::{Contacts, Integrator, Momentum};
+use msd_run::{EnergyReport, Finding, Kind, Overturned, Pierced, Runner, Touched};
+use msd_scene::{Precision, SetKeys, state_hash};
 use msd_study::quantity::{counted, number, quantity, rounded};
 use serde::Serialize;
 use serde_json::{Value, json};
-
-/// Keys of a scene that the command line set, from the top, with their values.
-pub type SetKeys = serde_json::Map<String, Value>;
-
-/// What the command line set, for a report.
-pub fn set_keys(set: &[Assignment]) -> SetKeys {
-    let value = |set: &Assignment| serde_json::to_value(set.value()).unwrap_or_default();
-    set.iter().map(|set| (set.key().into(), value(set))).collect()
-}
 
 /// Result of a run, the keys of `--json`. A test checks that `docs/reference/command-line.md`
 /// explains each of them.
@@ -156,42 +147,6 @@ pub struct Distance {
     pub size: f64,
     /// When the root mean square distance passed a hundredth of the size, seconds; null if never.
     pub noticeable_at: Option<f64>,
-}
-
-/// Energy, joules.
-#[derive(Debug, Serialize)]
-pub struct EnergyReport {
-    kinetic: f64,
-    elastic: f64,
-    gravitational: f64,
-    dissipated: f64,
-    /// By moving solids, wind and elements of a user's own.
-    supplied: f64,
-    total: f64,
-}
-
-impl From<Energy> for EnergyReport {
-    fn from(energy: Energy) -> Self {
-        let Energy { kinetic, elastic, gravitational, dissipated, supplied, .. } = energy;
-        let total = energy.total();
-        EnergyReport { kinetic, elastic, gravitational, dissipated, supplied, total }
-    }
-}
-
-impl EnergyReport {
-    fn summary(&self) -> String {
-        let EnergyReport { kinetic, elastic, gravitational, dissipated, supplied, total } = *self;
-        let [kinetic, elastic, gravitational, dissipated, total] =
-            [kinetic, elastic, gravitational, dissipated, total].map(number);
-        let supplied = match supplied {
-            0.0 => String::new(),
-            work => format!(", supplied by what drives it {}", number(work)),
-        };
-        format!(
-            "energy, J: kinetic {kinetic}, elastic {elastic}, gravitational {gravitational}, \
-             dissipated {dissipated}{supplied}, total {total}"
-        )
-    }
 }
 
 impl Comparison {

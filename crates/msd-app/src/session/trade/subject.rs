@@ -53,21 +53,9 @@ pub(super) fn loaded_of(
     loaded: &Loaded,
     (settings, precision): (Settings, Precision),
 ) -> Loaded {
-    Loaded {
-        name: loaded.name.clone(),
-        title: loaded.title.clone(),
-        scene,
-        settings,
-        precision,
-        automatic: false,
-        camera: loaded.camera,
-        notes: Vec::new(),
-        files: Vec::new(),
-        made: Vec::new(),
-        rest_scales: Vec::new(),
-        wind: Default::default(),
-        progress: None,
-    }
+    let title = loaded.title.clone();
+    let new = Loaded::new(&loaded.name, scene, settings);
+    Loaded { title, precision, camera: loaded.camera, ..new }
 }
 
 /// The scene without the springs of these rows, ascending.
@@ -129,6 +117,7 @@ fn round(number: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use msd_scene::schema::Solver;
     use msd_core::Interaction;
 
     fn jelly() -> Loaded {
@@ -140,8 +129,8 @@ mod tests {
         for builtin in msd_scene::BUILTINS {
             let loaded = msd_scene::open(builtin.name).expect("a built-in scene");
             for precision in [Precision::F32, Precision::F64] {
-                let mut runner =
-                    Runner::open_with(&loaded, loaded.settings, precision, false).expect("it runs");
+                let solver = Solver { precision, automatic: false, ..loaded.solver() };
+                let mut runner = Runner::open_with(&loaded, solver).expect("it runs");
                 runner.step().expect("a first step");
                 let scene =
                     subject(&runner, (&loaded, None), StudyFrom::Start).expect("nothing removed");

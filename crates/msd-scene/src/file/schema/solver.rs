@@ -149,11 +149,17 @@ impl SolverRow {
         }
     }
 
-    /// The keys as assignments, in the order of the reference page.
-    pub fn assignments(&self) -> impl Iterator<Item = Assignment> {
+    /// The keys that it sets, with their values, in the order of the reference page.
+    pub fn entries(&self) -> Map<String, serde_json::Value> {
         let row = serde_json::to_value(self).ok();
-        let keys = row.and_then(|row| row.as_object().cloned()).unwrap_or_default();
-        keys.into_iter().map(|(key, value)| Assignment::new(&format!("{SECTION}{key}"), value))
+        row.and_then(|row| row.as_object().cloned()).unwrap_or_default()
+    }
+
+    /// The same as assignments.
+    pub fn assignments(&self) -> impl Iterator<Item = Assignment> {
+        self.entries()
+            .into_iter()
+            .map(|(key, value)| Assignment::new(&format!("{SECTION}{key}"), value))
     }
 }
 

@@ -9,6 +9,15 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
+/// Keys of a scene with the values that were set, in the order in which they were set.
+pub type SetKeys = serde_json::Map<String, serde_json::Value>;
+
+/// The keys that assignments set, for a report.
+pub fn set_keys(assignments: &[Assignment]) -> SetKeys {
+    let value = |set: &Assignment| serde_json::to_value(set.value()).unwrap_or_default();
+    assignments.iter().map(|set| (set.key().into(), value(set))).collect()
+}
+
 /// A key of a scene and the value that it is given, as the command line writes it:
 /// `world.gravity=[0,-1.62,0]`. Nothing as the value leaves the key out.
 #[derive(Clone, Debug, PartialEq)]

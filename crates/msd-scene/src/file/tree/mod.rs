@@ -4,7 +4,7 @@ pub(in crate::file) mod text;
 pub mod key;
 mod assignment;
 
-pub use assignment::Assignment;
+pub use assignment::{Assignment, SetKeys, set_keys};
 
 use crate::error::{FileError, Place, one_line};
 use crate::file::tree::text::SceneFormat;
