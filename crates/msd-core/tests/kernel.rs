@@ -121,6 +121,24 @@ fn check_forces<R: Real>(scene: &Scene, queue: &[Interaction]) {
     }
 }
 
+/// The energy of springs is the sum of that of each, with the same bits by all instructions.
+fn check_energy<R: Real>(scene: &Scene, queue: &[Interaction]) {
+    let simulation = simulation::<R>(scene, Settings::default(), queue);
+    let energies: Vec<_> = sets()
+        .map(|instructions| {
+            let mut simulation = simulation.clone();
+            simulation.set_instructions(instructions);
+            simulation.energy()
+        })
+        .collect();
+    assert!(energies.iter().all(|energy| *energy == energies[0]), "{energies:?}");
+    let snapshot = simulation.snapshot();
+    let each: f64 = (0..scene.springs.len()).map(|row| snapshot.elastic_energy(row)).sum();
+    // Both are sums of as many terms, each not negative and rounded a few times.
+    let rounding = (8 + scene.springs.len()) as f64 * f64::EPSILON * each;
+    assert!((energies[0].elastic - each).abs() <= rounding, "{} {each}", energies[0].elastic);
+}
+
 fn check_steps<R: Real>(scene: &Scene, queue: &[Interaction]) {
     for integrator in Integrator::EXPLICIT {
         let settings = Settings { integrator, step: 0.02, substeps: 3, ..Settings::default() };
@@ -175,6 +193,8 @@ proptest! {
     fn forces_have_the_bits_of_the_plain_loop(scene in scenes()) {
         check_forces::<f32>(&scene, &[]);
         check_forces::<f64>(&scene, &cuts(&scene));
+        check_energy::<f32>(&scene, &cuts(&scene));
+        check_energy::<f64>(&scene, &[]);
     }
 
     #[test]
@@ -227,6 +247,8 @@ fn lattices_of_all_shapes_have_the_bits_of_the_plain_loop() {
         let springs = Select::Range(0, scene.springs.len() / 2);
         let stiffer = Interaction::SetStiffness { springs, value: 91.0 };
         check_forces::<f32>(&scene, &[stiffer]);
+        check_energy::<f32>(&scene, &[stiffer]);
+        check_energy::<f64>(&scene, &cuts(&scene));
     }
 }
 

@@ -73,9 +73,10 @@ impl<R: Real> Fields<R> {
         merge_shares((forces, (&*self.weights, velocities)), &set, &|low, high| low + high)
     }
 
-    /// The energy in the fields, −Σ (m g + f)·x, joules; zero at the origin.
-    pub(crate) fn potential(&self, mass: f64, position: DVec3) -> f64 {
-        -(self.gravity.to_f64() * mass + self.force.to_f64()).dot(position)
+    /// The energy in the fields, joules, −g·Σ m x − f·Σ x by these sums; zero at the origin.
+    pub(crate) fn potential(&self, moments: [f64; 3], places: [f64; 3]) -> f64 {
+        let [of_gravity, of_force] = [moments, places].map(DVec3::from_array);
+        -self.gravity.to_f64().dot(of_gravity) - self.force.to_f64().dot(of_force)
     }
 }
 

@@ -11,7 +11,7 @@ pub use moduli::Moduli;
 
 use crate::columns::{LANES, RECORD};
 use crate::elements::Element;
-use crate::number::{Real, Vector};
+use crate::number::{Real, Vector, at_level};
 use crate::obstacles::Placed;
 use crate::system::{Columns, Model};
 use core::ops::Range;
@@ -70,8 +70,19 @@ pub(crate) fn energy_and_rounding<R: Real>(
 ) -> (Energy, f64) {
     let moment = model.moment(level, state.motion(&model.slots, time));
     let own = model.own.energy(&moment.motion);
-    let particles = particle_sums(model, state);
-    let ParticleSums { kinetic, potential: gravitational, mass, count, far } = particles;
+    let masses = model.mass_column.as_chunks::<LANES>().0;
+    let [positions, velocities] =
+        [&state.positions, &state.velocities].map(|column| column.as_chunks::<RECORD>().0);
+    let mut sums = ParticleSums::default();
+    at_level!(level, _simd => {
+        for ((masses, x), v) in masses.iter().zip(positions).zip(velocities) {
+            sums.add(masses, x, v);
+        }
+    });
+    let total = |lanes: [f64; LANES]| lanes.iter().sum::<f64>();
+    let [kinetic, mass, count] = [sums.kinetic, sums.mass, sums.count].map(total);
+    let far = sums.far.into_iter().fold(0.0, Real::max);
+    let gravitational = model.fields.potential(sums.moments.map(total), sums.places.map(total));
     let mut energy = Energy { kinetic, gravitational, own, ..Energy::default() };
     let (mut pull, mut total_stiffness) = (0.0, 0.0);
     for kind in model.inner() {
@@ -117,49 +128,41 @@ pub(crate) fn kinetic<R: Real>(model: &Model<R>, state: &Columns<R>) -> f64 {
     0.5 * lanes.iter().sum::<f64>()
 }
 
-/// Sums over the particles that were not removed.
+/// Sums over the particles that were not removed, lane by lane.
 #[derive(Clone, Copy, Debug, Default)]
 struct ParticleSums {
-    kinetic: f64,
-    potential: f64,
-    mass: f64,
-    count: f64,
+    /// Kinetic energy, joules.
+    kinetic: [f64; LANES],
+    mass: [f64; LANES],
+    count: [f64; LANES],
+    /// Of position by axis, metres, and of mass times position.
+    places: [[f64; LANES]; 3],
+    moments: [[f64; LANES]; 3],
     /// The largest coordinate, metres.
-    far: f64,
+    far: [f64; LANES],
 }
 
-/// Sums over the particles, record by record, each lane on its own first.
-fn particle_sums<R: Real>(model: &Model<R>, state: &Columns<R>) -> ParticleSums {
-    let mut lanes = [ParticleSums::default(); LANES];
-    let positions = state.positions.as_chunks::<RECORD>().0;
-    let velocities = state.velocities.as_chunks::<RECORD>().0;
-    let masses = model.mass_column.as_chunks::<LANES>().0;
-    for ((x, v), masses) in positions.iter().zip(velocities).zip(masses) {
-        for (lane, sums) in lanes.iter_mut().enumerate() {
+impl ParticleSums {
+    /// Adds a record. A particle that was removed has no mass.
+    #[inline(always)]
+    fn add<R: Real>(&mut self, masses: &[R; LANES], x: &[R; RECORD], v: &[R; RECORD]) {
+        for lane in 0..LANES {
             let mass = masses[lane].to_f64();
-            if mass == 0.0 {
-                continue;
+            let is_there = mass != 0.0;
+            let [vx, vy, vz] = [0, 1, 2].map(|axis| v[axis * LANES + lane].to_f64());
+            let twice = mass * (vx * vx + vy * vy + vz * vz);
+            self.kinetic[lane] += if is_there { 0.5 * twice } else { 0.0 };
+            self.mass[lane] += mass;
+            self.count[lane] += if is_there { 1.0 } else { 0.0 };
+            for axis in 0..3 {
+                let place = x[axis * LANES + lane].to_f64();
+                let place = if is_there { place } else { 0.0 };
+                self.places[axis][lane] += place;
+                self.moments[axis][lane] += mass * place;
+                self.far[lane] = Real::max(self.far[lane], place.abs());
             }
-            let at = |column: &[R; RECORD]| {
-                let [x, y, z] = [0, LANES, 2 * LANES].map(|axis| column[axis + lane].to_f64());
-                DVec3::new(x, y, z)
-            };
-            let (position, velocity) = (at(x), at(v));
-            sums.kinetic += 0.5 * mass * velocity.dot(velocity);
-            sums.potential += model.fields.potential(mass, position);
-            sums.mass += mass;
-            sums.count += 1.0;
-            sums.far = f64::max(sums.far, position.abs().max_element());
         }
     }
-    let add = |a: ParticleSums, b: &ParticleSums| ParticleSums {
-        kinetic: a.kinetic + b.kinetic,
-        potential: a.potential + b.potential,
-        mass: a.mass + b.mass,
-        count: a.count + b.count,
-        far: f64::max(a.far, b.far),
-    };
-    lanes.iter().fold(ParticleSums::default(), add)
 }
 
 /// The momentum of a system.

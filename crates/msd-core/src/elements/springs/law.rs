@@ -62,6 +62,7 @@ pub fn pull<N: Number, const DAMPED: bool>(
 }
 
 /// The elastic energy of a spring of some length, joules: k (length − rest)² / 2.
+#[inline(always)]
 pub fn energy(length: f64, law: Law<f64>) -> f64 {
     let stretch = length - law.rest;
     0.5 * law.stiffness * stretch * stretch

@@ -9,6 +9,7 @@ pub(crate) mod layout;
 mod table;
 pub(crate) mod gather;
 mod sweep;
+mod stored;
 mod share;
 pub(crate) mod matrix;
 
@@ -288,13 +289,13 @@ impl<R: Real> Springs<R> {
         }
     }
 
-    /// The energy of all springs, joules; the sums of |k stretch| and of k, by which rounding
-    /// changes it.
-    fn stored(&self, motion: &Motion<'_, R>) -> [f64; 3] {
+    /// The energy of some springs, joules; the sums of |k stretch| and of k, by which rounding
+    /// changes it. The fast twin is in `stored.rs`.
+    fn stored_in(&self, motion: &Motion<'_, R>, springs: impl Iterator<Item = usize>) -> [f64; 3] {
         let mut sums = [0.0; 3];
-        for (spring, ends) in self.present() {
+        for spring in springs {
             let law = self.law(spring).to_f64();
-            let [a, b] = ends.map(|end| motion.position(end).to_f64());
+            let [a, b] = self.ends[spring].map(|end| motion.position(end as usize).to_f64());
             let length = Real::sqrt((b - a).dot(b - a));
             sums[0] += law::energy(length, law);
             sums[1] += law.stiffness * (length - law.rest).abs();
@@ -313,7 +314,7 @@ impl<R: Real> Element<R> for Springs<R> {
     }
 
     fn energy(&self, motion: &Motion<'_, R>) -> f64 {
-        self.stored(motion)[0]
+        self.stored_in(motion, self.present().map(|(spring, _)| spring))[0]
     }
 
     fn add_products(
@@ -365,7 +366,14 @@ impl<R: Real> Force<R> for Springs<R> {
     }
 
     fn energy_and_pulls(&self, moment: &Moment<'_, R>) -> [f64; 3] {
-        self.stored(&moment.motion)
+        let Springs { layout, values, .. } = self;
+        let Motion { positions, velocities, .. } = moment.motion;
+        let input = Input { layout, values, positions, velocities };
+        let mut lanes = [[0.0; LANES]; 3];
+        at_level!(moment.level, _simd => stored::add_rows(input, &mut lanes));
+        let extras = self.extras().map(|spring| spring as usize);
+        let extras = self.stored_in(&moment.motion, extras);
+        core::array::from_fn(|i| lanes[i].iter().sum::<f64>() + extras[i])
     }
 
     fn differentiate(&self, moment: &Moment<'_, R>, to: &mut Derivatives) {
