@@ -6,6 +6,7 @@ use msd_core::obstacles::Placed;
 use msd_core::{Lead, Model, Real, Shape, Solid, Vector};
 use serde::Serialize;
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 /// How deep in a solid a triangle is pierced, in thicknesses: half of one is the middle. Less deep
 /// are triangles that cut an edge of a solid off.
@@ -70,21 +71,32 @@ impl Piercing {
     }
 
     fn find<R: Real>(&self, model: &Model<R>, now: &[DVec3], time: f64) -> Option<Pierced> {
-        let mut solids = model.solids().iter().enumerate().filter(|(_, solid)| is_pointed(solid));
-        solids.find_map(|(number, solid)| {
+        let mut ways = Vec::new();
+        for (number, solid) in model.solids().iter().enumerate() {
+            if !is_pointed(solid) {
+                continue;
+            }
             let approach = Approach::new(solid, self.since.0, time);
-            let anchors = anchors(model, number);
-            let body = model.bodies().iter().position(|body| {
-                body.surface.particles().any(|particles| {
+            for (at, body) in model.bodies().iter().enumerate() {
+                let Range { start, end } = body.particles.clone();
+                if !approach.comes_near(&self.before[start..end], &now[start..end]) {
+                    continue;
+                }
+                let both = self.before[start..end].iter().zip(&now[start..end]);
+                ways.clear();
+                ways.extend(both.map(|(&from, &to)| approach.way(from, to)));
+                let anchors = anchors(model, number);
+                let is_pierced = body.surface.particles().any(|particles| {
                     let corners = particles.map(|particle| particle as usize);
                     let is_anchored = corners.iter().any(|corner| anchors.contains(corner));
-                    !is_anchored
-                        && approach
-                            .pierces(corners.map(|corner| [self.before[corner], now[corner]]))
-                })
-            });
-            body.map(|body| Pierced { solid: number, body, time })
-        })
+                    !is_anchored && approach.pierces(corners.map(|corner| ways[corner - start]))
+                });
+                if is_pierced {
+                    return Some(Pierced { solid: number, body: at, time });
+                }
+            }
+        }
+        None
     }
 }
 
@@ -108,6 +120,16 @@ fn thickness(shape: &Shape) -> f64 {
     cells * shape.thickness()
 }
 
+/// The way of a particle between two times, as seen from a solid, metres.
+#[derive(Clone, Copy)]
+struct Way {
+    from: DVec3,
+    to: DVec3,
+    length: f64,
+    /// From the surface of the solid at the end.
+    gap: f64,
+}
+
 /// A solid at two times.
 struct Approach<'s> {
     shape: &'s Shape,
@@ -123,26 +145,41 @@ impl<'s> Approach<'s> {
         Approach { shape, placed, thickness: thickness(shape), reach: shape.reach() }
     }
 
-    /// Whether a triangle is pierced on the way, whose corners are given at both times.
-    fn pierces(&self, corners: [[DVec3; 2]; 3]) -> bool {
-        // As seen from the solid.
-        let ways = corners.map(|[from, to]| {
-            let [first, last] = &self.placed;
-            [
-                first.axes.transpose() * (from - first.middle),
-                last.axes.transpose() * (to - last.middle),
-            ]
-        });
-        let longest = ways.iter().map(|[from, to]| from.distance(*to)).fold(0.0, f64::max);
-        let last = ways.map(|[_, to]| to);
-        let (middle, radius) = ball(last);
-        if self.reach + radius + longest < middle.length() {
+    /// The way of a particle as seen from the solid.
+    fn way(&self, from: DVec3, to: DVec3) -> Way {
+        let [first, last] = &self.placed;
+        let [from, to] = [(first, from), (last, to)]
+            .map(|(placed, place)| placed.axes.transpose() * (place - placed.middle));
+        let gap = self.shape.gap(to);
+        Way { from, to, length: from.distance(to), gap }
+    }
+
+    /// Whether the box around some particles, on their way, comes as near as the solid reaches.
+    fn comes_near(&self, before: &[DVec3], now: &[DVec3]) -> bool {
+        let bounds = |places: &[DVec3]| {
+            let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            places.iter().fold(empty, |(low, high), place| (low.min(*place), high.max(*place)))
+        };
+        let [(low, high), (other_low, other_high)] = [before, now].map(bounds);
+        let (low, high) = (low.min(other_low), high.max(other_high));
+        let [first, last] = &self.placed;
+        let near = last.middle.max(low).min(high).distance(last.middle);
+        near <= self.reach + first.middle.distance(last.middle)
+    }
+
+    /// Whether a triangle is pierced on the way.
+    fn pierces(&self, corners: [Way; 3]) -> bool {
+        let [a, b, c] = corners;
+        let longest = a.length.max(b.length).max(c.length);
+        // No point of it is farther from a corner than the longer side there.
+        let side = a.to.distance(b.to).max(a.to.distance(c.to));
+        if longest + side <= a.gap + DEEP * self.thickness {
             return false;
         }
         let places = (longest / (STRIDE * self.thickness)).ceil().clamp(1.0, MOST_PLACES);
         (1..=places as u32).any(|place| {
             let part = f64::from(place) / places;
-            let there = ways.map(|[from, to]| from.lerp(to, part));
+            let there = [a, b, c].map(|way| way.from.lerp(way.to, part));
             self.is_deep(there, DIVISIONS)
         })
     }

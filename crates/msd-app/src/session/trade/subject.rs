@@ -117,8 +117,8 @@ fn round(number: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use msd_scene::schema::Solver;
     use msd_core::Interaction;
+    use msd_scene::schema::Solver;
 
     fn jelly() -> Loaded {
         msd_scene::open("jelly").expect("a built-in scene")
