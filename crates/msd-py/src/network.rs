@@ -127,8 +127,8 @@ pub fn network(
 /// Make a scene of one body from a mesh.
 ///
 /// `vertices` is (n, 3), metres, and `faces` is (m, 3) or (m, 4), vertices counted from 0. The
-/// keywords are keys of a mesh body as docs/scenes.md lists them, such as `fill`, `spacing`,
-/// `young` and `density`; `with_keys` sets those of world and solver.
+/// keywords are keys of a mesh body as docs/reference/scenes.md lists them, such as `filling`,
+/// `spacing`, `young` and `density`; `with_keys` sets those of world and solver.
 ///
 /// >>> import msd
 /// >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]

@@ -126,7 +126,7 @@ pub fn open(py: Python<'_>, name: PathBuf, keys: Option<&Bound<'_, PyDict>>) -> 
 }
 
 /// Make a scene of the text of a scene file (TOML, or JSON if it begins with `{`), or of a dict
-/// with the same keys. docs/scenes.md explains them.
+/// with the same keys. docs/reference/scenes.md explains them.
 ///
 /// >>> import msd
 /// >>> rope = dict(kind="rope", size=[3], spacing=0.1, mass=1, stiffness=100, damping=1)
