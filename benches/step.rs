@@ -221,7 +221,7 @@ fn touching_cloth(falls: bool, touches: bool) -> Scene {
         scene.world = World { gravity: DVec3::ZERO, ..scene.world };
     }
     if touches {
-        scene.shells = works::shells(&scene, 0.002, 0.5);
+        scene.shells = workloads::shells(&scene, 0.002, 0.5);
     }
     scene
 }

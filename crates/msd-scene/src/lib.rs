@@ -35,8 +35,8 @@ pub use disk::{FileId, Output, Spool, write_file};
 pub use error::{FileError, Place, nearest, one_line, plain};
 pub use file::tree::{Assignment, SetKeys, key, set_keys};
 pub use file::{
-    Edits, SceneFormat, decode, default_shell, format_of, json_schema, keys, look_of, look_row,
-    read_text, schema, shells_of, touch_rows, tree,
+    Edits, SceneFormat, decode, default_shell, format_of, json_schema, keys, limit_memory, look_of,
+    look_row, memory_of, read_text, schema, shells_of, touch_rows, tree,
 };
 pub use loaded::Loaded;
 pub use model::{Wind, parts};

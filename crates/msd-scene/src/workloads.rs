@@ -7,10 +7,10 @@
 use crate::error::{FileError, Place};
 use crate::file::{Budget, count_lattice};
 use crate::nearby::join_nearest;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use msd_core::{
     Error, Friction, Integrator, Lattice, Material, Neighbours, Particle, Pin, Plane, Scene,
-    Settings, Spring, shape,
+    Settings, Shape, Shell, Solid, Spring, shape,
 };
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
@@ -74,9 +74,7 @@ pub fn block(side: usize) -> Result<Scene, FileError> {
 /// # Errors
 /// More than memory holds, [`FileError::TooLarge`].
 pub fn irregular(count: usize) -> Result<Scene, FileError> {
-    let asks = || (Place { file: "irregular".into(), position: None }, "its size".into());
-    let counts = [count as u128, count as u128 * NEAREST as u128];
-    Budget::default().take_for(asks, counts)?;
+    check_memory("irregular", [count as u128, count as u128 * NEAREST as u128])?;
     let side = libm::cbrt(count as f64);
     let mut random = Pcg32::new(1, 1);
     let mut unit = || f64::from(random.next_u32()) / (1u64 << 32) as f64;
@@ -97,6 +95,53 @@ pub fn irregular(count: usize) -> Result<Scene, FileError> {
     Ok(Scene { particles, springs, planes: vec![ground()], ..Scene::default() })
 }
 
+/// Makes three cloths of `side` x `side` particles, one above the other, about to fall on a ball.
+/// With 13 it is the scene on which other engines are timed.
+///
+/// # Errors
+/// A side below 2, [`FileError::TooLarge`].
+pub fn drape(side: usize) -> Result<Scene, FileError> {
+    let refused = |error| FileError::Core { file: "drape".into(), source: Box::new(error) };
+    let size = [side, side, 1];
+    check_side("drape", side)?;
+    check_memory("drape", count_lattice(size, Neighbours::All).map(|count| 3 * count))?;
+    let material = Material { mass: 0.01, stiffness: 30.0, damping: 0.01 };
+    let mut scene = Scene::default();
+    for layer in 0..3 {
+        let mut part = shape::cloth([side; 2], 0.08, material).map_err(refused)?;
+        let middle = -0.04 * (side - 1) as f64 * DVec3::new(1.0, 0.0, 1.0);
+        let above = DVec3::Y * (0.35 + 0.1 * f64::from(layer));
+        part.place(DMat3::from_rotation_x(core::f64::consts::FRAC_PI_2), middle + above);
+        scene.add("cloth", part);
+    }
+    let friction = Friction::Coulomb(0.3);
+    scene.planes.push(Plane { normal: DVec3::Y, offset: -0.6, restitution: 0.0, friction });
+    scene.solids.push(Solid { friction, ..Solid::new(Shape::Sphere { radius: 0.3 }) });
+    scene.shells = shells(&scene, 0.008, 0.3);
+    Ok(scene)
+}
+
+/// The surface of each body of a scene as a shell that meets itself and the others.
+pub fn shells(scene: &Scene, thickness: f64, friction: f64) -> Vec<Shell> {
+    let shell = |body| Shell { friction, itself: true, ..Shell::of(body, thickness) };
+    scene.bodies.iter().map(shell).collect()
+}
+
+fn check_side(name: &str, side: usize) -> Result<(), FileError> {
+    if 2 <= side {
+        return Ok(());
+    }
+    let (value, expected) = (side as f64, "at least 2");
+    let error = Error::OutOfDomain { quantity: "side", item: "body", row: 0, value, expected };
+    Err(FileError::Core { file: name.into(), source: Box::new(error) })
+}
+
+/// Refuses particles and springs that take more memory than a scene may.
+fn check_memory(name: &str, counts: [u128; 2]) -> Result<(), FileError> {
+    let asks = || (Place { file: name.into(), position: None }, "its size".into());
+    Budget::default().take_for(asks, counts)
+}
+
 /// The plane y = 0, which neither returns speed nor rubs.
 fn ground() -> Plane {
     Plane { normal: DVec3::Y, offset: 0.0, restitution: 0.0, friction: Friction::Coulomb(0.0) }
@@ -110,17 +155,8 @@ fn lattice(
     height: f64,
 ) -> Result<(Scene, Lattice), FileError> {
     let refused = |error| FileError::Core { file: name.into(), source: Box::new(error) };
-    if side < 2 {
-        return Err(refused(Error::OutOfDomain {
-            quantity: "side",
-            item: "body",
-            row: 0,
-            value: side as f64,
-            expected: "at least 2",
-        }));
-    }
-    let asks = || (Place { file: name.into(), position: None }, "its size".into());
-    Budget::default().take_for(asks, count_lattice(size, Neighbours::All))?;
+    check_side(name, side)?;
+    check_memory(name, count_lattice(size, Neighbours::All))?;
     let lattice = Lattice::new(size, Neighbours::All).map_err(refused)?;
     let part = shape::lattice(size, Neighbours::All, SPACING, material).map_err(refused)?;
     let mut scene = Scene::of(name, part);

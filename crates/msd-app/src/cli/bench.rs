@@ -5,8 +5,8 @@ use super::failure::{Failure, say};
 use super::places::Places;
 use super::run::{evaluations, explain_divergence, is_endless};
 use cpu_time::ProcessTime;
-use msd_core::{Error, Integrator, Scene, Settings};
-use msd_run::Runner;
+use msd_core::{Error, Instructions, Integrator, Scene, Settings};
+use msd_run::{Runner, on};
 use msd_scene::{FileError, Output, Precision, shown_path, workloads};
 use msd_study::quantity::{counted, number, quantity};
 use msd_study::trial::state;
@@ -30,7 +30,7 @@ const MEASURED: f64 = 1.0;
 #[derive(Debug, Serialize)]
 struct BenchReport {
     scene: String,
-    /// Particles along each side.
+    /// Particles along each side; of `irregular`, all.
     size: usize,
     particles: usize,
     springs: usize,
@@ -40,6 +40,8 @@ struct BenchReport {
     /// Integration steps per frame.
     substeps: u32,
     precision: Precision,
+    /// Vector instructions.
+    instructions: &'static str,
     threads: usize,
     /// Springs times force evaluations per second of the wall clock; null for methods that choose
     /// their own number of evaluations.
@@ -82,6 +84,7 @@ pub fn run_bench(arguments: &BenchArguments) -> Result<(), Failure> {
         return Err(Failure::input(format!("--substeps {substeps} would take weeks")));
     }
     let settings = Settings { integrator, substeps, ..workloads::settings() };
+    arguments.pin.map_or(Ok(()), pin)?;
     // Opened first: that a folder is missing should be known before the work.
     let places = |path: &PathBuf| Places::default().write("--positions", path);
     arguments.positions.iter().try_for_each(places)?;
@@ -106,6 +109,8 @@ fn scene(arguments: &BenchArguments) -> Result<Scene, FileError> {
     match arguments.work {
         Work::Cloth => workloads::cloth(arguments.size),
         Work::Block => workloads::block(arguments.size),
+        Work::Irregular => workloads::irregular(arguments.size),
+        Work::Drape => workloads::drape(arguments.size),
     }
 }
 
@@ -113,6 +118,8 @@ fn name(arguments: &BenchArguments) -> String {
     let kind = match arguments.work {
         Work::Cloth => "cloth",
         Work::Block => "block",
+        Work::Irregular => "irregular",
+        Work::Drape => "drape",
     };
     format!("{kind} {}", arguments.size)
 }
@@ -121,7 +128,34 @@ fn name(arguments: &BenchArguments) -> String {
 fn start(arguments: &BenchArguments, settings: Settings) -> Result<Runner, Failure> {
     let scene = scene(arguments).map_err(Failure::input)?;
     let runner = Runner::new(&scene, settings, arguments.precision);
-    runner.map_err(|error| explain(arguments, error))
+    let mut runner = runner.map_err(|error| explain(arguments, error))?;
+    on!(&mut runner, simulation => simulation.set_instructions(instructions(arguments)));
+    Ok(runner)
+}
+
+fn instructions(arguments: &BenchArguments) -> Instructions {
+    arguments.instructions.unwrap_or(Instructions::best())
+}
+
+/// Keeps this thread, and those that it starts, on a processor.
+#[cfg(target_os = "linux")]
+fn pin(processor: usize) -> Result<(), Failure> {
+    use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+    let refused = |reason| Failure::input(format!("--pin {processor}: {reason}"));
+    let allowed = sched_getaffinity(None).map_err(|error| refused(error.to_string()))?;
+    let mut processors = (0..CpuSet::MAX_CPU).filter(|&number| allowed.is_set(number));
+    if !processors.any(|number| number == processor) {
+        let count = allowed.count();
+        return Err(refused(format!("not one of the {count} processors of this process")));
+    }
+    let mut one = CpuSet::new();
+    one.set(processor);
+    sched_setaffinity(None, &one).map_err(|error| refused(error.to_string()))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn pin(_: usize) -> Result<(), Failure> {
+    Err(Failure::input("--pin: only Linux lets a process choose its processor"))
 }
 
 /// What happened, without advice to use an option that there is not.
@@ -148,6 +182,7 @@ fn measure(arguments: &BenchArguments, settings: Settings) -> Result<BenchReport
         step: step / f64::from(substeps),
         substeps,
         precision: arguments.precision,
+        instructions: instructions(arguments).name(),
         threads: arguments.threads,
         updates_per_second: updates
             .map(|updates| Updates { best: updates / best, median: updates / wall }),
@@ -226,14 +261,14 @@ fn write_positions(
 }
 
 fn summary(report: &BenchReport, arguments: &BenchArguments, written: bool) -> String {
-    let BenchReport { scene, particles, springs, integrator, precision, .. } = report;
+    let BenchReport { scene, particles, springs, integrator, precision, instructions, .. } = report;
     let BenchReport { substeps, threads, batches, frames_per_batch, ms_per_frame, .. } = report;
     let substeps = counted((*substeps).into(), "substep");
     let threads = counted(*threads as u64, "thread");
     let springs = counted(*springs as u64, "spring");
     let mut lines = vec![format!(
         "{scene}: {particles} particles, {springs}, {integrator} in {precision}, \
-         {substeps} per frame, {threads}"
+         {substeps} per frame, {threads}, {instructions}"
     )];
     lines.extend(report.updates_per_second.as_ref().map(|Updates { best, median }| {
         let [best, median] = [best, median].map(|updates| number(1e-9 * updates));

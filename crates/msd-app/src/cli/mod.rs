@@ -31,8 +31,26 @@ use windowless::{render, view};
 #[cfg(feature = "window")]
 use {render::render, view::view};
 
+/// Limits the memory of a scene to what was asked for, GB, or to nine tenths of what is free: its
+/// pictures, which are not counted, take some too.
+fn allow_memory(asked: Option<f64>) {
+    let limit = asked.map(|gigabytes| 1e9 * gigabytes).or_else(|| Some(0.9 * free_memory()?));
+    if let Some(bytes) = limit {
+        msd_scene::limit_memory(bytes as u64);
+    }
+}
+
+/// The memory that is free to this process, bytes, where the system says so.
+fn free_memory() -> Option<f64> {
+    let mut system = sysinfo::System::new().ok()?;
+    system.refresh_memory();
+    let own = system.cgroup_limits().map_or(u64::MAX, |limits| limits.free_memory);
+    Some(own.min(system.available_memory()) as f64).filter(|&free| 0.0 < free)
+}
+
 /// Runs the command that was asked for.
 pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
+    allow_memory(arguments.memory);
     // These measure what a setting costs, or run many things at once: each on one thread.
     use CliCommand::{Study, Sweep, Tune};
     if let Some(Study(_) | Tune(_) | Sweep(_)) = arguments.command {

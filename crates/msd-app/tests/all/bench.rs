@@ -131,7 +131,10 @@ fn bad_input_is_refused_in_one_line() {
         (&["cloth", "1"], &["'1'", "<N>", "from 2 to 1000000"]),
         (&["cloth", "-3"], &["from 2 to 1000000"]),
         (&["block", "many"], &["from 2 to 1000000"]),
-        (&["cloth", "100000"], &["cloth: its size asks for 10000000000 particles", "4.0 GB fit"]),
+        (
+            &["cloth", "100000", "--memory", "4"],
+            &["cloth: its size asks for 10000000000 particles", "4.0 GB fit; --memory allows more"],
+        ),
         (&["block", "1000"], &["block: its size asks for 1000000000 particles"]),
         (&["cloth", "8", "--threads", "0"], &["--threads", "from 1 to 1024"]),
         (&["cloth", "8", "--threads", "1025"], &["--threads", "from 1 to 1024"]),

@@ -122,7 +122,7 @@ fn thickness(shape: &Shape) -> f64 {
 
 /// The way of a particle between two times, as seen from a solid, metres.
 #[derive(Clone, Copy)]
-struct Way {
+struct Travel {
     from: DVec3,
     to: DVec3,
     length: f64,
@@ -146,12 +146,12 @@ impl<'s> Approach<'s> {
     }
 
     /// The way of a particle as seen from the solid.
-    fn way(&self, from: DVec3, to: DVec3) -> Way {
+    fn way(&self, from: DVec3, to: DVec3) -> Travel {
         let [first, last] = &self.placed;
         let [from, to] = [(first, from), (last, to)]
             .map(|(placed, place)| placed.axes.transpose() * (place - placed.middle));
         let gap = self.shape.gap(to);
-        Way { from, to, length: from.distance(to), gap }
+        Travel { from, to, length: from.distance(to), gap }
     }
 
     /// Whether the box around some particles, on their way, comes as near as the solid reaches.
@@ -168,7 +168,7 @@ impl<'s> Approach<'s> {
     }
 
     /// Whether a triangle is pierced on the way.
-    fn pierces(&self, corners: [Way; 3]) -> bool {
+    fn pierces(&self, corners: [Travel; 3]) -> bool {
         let [a, b, c] = corners;
         let longest = a.length.max(b.length).max(c.length);
         // No point of it is farther from a corner than the longer side there.

@@ -2,8 +2,9 @@
 
 use crate::error::{FileError, Place};
 use crate::file::tree::Source;
-use msd_core::Neighbours;
 use msd_core::lattice::FAMILIES;
+use msd_core::{Neighbours, Scene};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What the bodies so far ask for.
 #[derive(Default)]
@@ -14,14 +15,35 @@ pub(crate) struct Budget {
     volumes: u128,
 }
 
-/// The most memory a scene may take, bytes: beyond it a small machine starts to swap, and a page of
-/// a browser, which has 4 GiB for everything, would abort.
-const MEMORY: u128 = if cfg!(target_pointer_width = "32") { 1_000_000_000 } else { 4_000_000_000 };
+/// The most memory that a scene may take, bytes. Until it is set: beyond it a small machine starts
+/// to swap, and a page of a browser, which has 4 GiB for everything, would abort.
+static MEMORY: AtomicU64 = AtomicU64::new(if IS_SMALL { 1_000_000_000 } else { 4_000_000_000 });
+/// Whether addresses have 32 bits.
+const IS_SMALL: bool = cfg!(target_pointer_width = "32");
+
+/// Sets the most memory that a scene opened by this process may take, bytes, by an estimate that is
+/// made before any of it is built: 4 GB until then, and 1 GB where addresses have 32 bits.
+pub fn limit_memory(bytes: u64) {
+    MEMORY.store(bytes, Ordering::Relaxed);
+}
+
 /// Rows, columns in double precision and work space of a particle and of a spring, bytes.
 const PARTICLE_BYTES: u128 = 400;
 const SPRING_BYTES: u128 = 100;
 const BEND_BYTES: u128 = 250;
 const VOLUME_BYTES: u128 = 400;
+
+/// Estimates the memory that a scene and a run of it take, bytes.
+pub fn memory_of(scene: &Scene) -> f64 {
+    let Scene { particles, springs, bends, volumes, .. } = scene;
+    let rows = [
+        (particles.len(), PARTICLE_BYTES),
+        (springs.len(), SPRING_BYTES),
+        (bends.len(), BEND_BYTES),
+        (volumes.len(), VOLUME_BYTES),
+    ];
+    rows.iter().map(|&(count, each)| count as f64 * each as f64).sum()
+}
 
 impl Budget {
     /// Counts what a body asks for, before anything is allocated.
@@ -60,18 +82,24 @@ impl Budget {
         let bytes = bytes.saturating_add(self.springs.saturating_mul(SPRING_BYTES));
         let bytes = bytes.saturating_add(self.bends.saturating_mul(BEND_BYTES));
         let bytes = bytes.saturating_add(self.volumes.saturating_mul(VOLUME_BYTES));
-        if bytes <= MEMORY {
+        let limit = MEMORY.load(Ordering::Relaxed);
+        if bytes <= u128::from(limit) {
             return Ok(());
         }
         let (particles, springs) = (in_words(self.particles), in_words(self.springs));
         let (place, key) = asks();
-        let hint = if key.ends_with(".spacing") { "; make it larger" } else { "" };
+        let hint = match (key.ends_with(".spacing"), IS_SMALL) {
+            (true, true) => "; make it larger",
+            (true, false) => "; make it larger, or allow more by --memory",
+            (false, true) => "",
+            (false, false) => "; --memory allows more",
+        };
         Err(FileError::TooLarge {
             place,
             key,
             counts: format!("{particles} particles and {springs} springs"),
             gigabytes: bytes as f64 * 1e-9,
-            limit: MEMORY as f64 * 1e-9,
+            limit: limit as f64 * 1e-9,
             hint,
         })
     }

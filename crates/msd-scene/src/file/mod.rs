@@ -28,6 +28,7 @@ mod json_schema;
 
 pub(crate) use bodies::MeshReader;
 pub(crate) use budget::{Budget, count_lattice};
+pub use budget::{limit_memory, memory_of};
 pub(crate) use build::{Understood, understand};
 pub use decode::decode;
 pub use json_schema::json_schema;

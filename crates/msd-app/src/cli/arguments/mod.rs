@@ -9,12 +9,12 @@ pub use values::{Sight, Step, Substeps, Watched};
 use super::steps::Moments;
 use clap::ArgAction::Append;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use msd_core::Integrator;
+use msd_core::{Instructions, Integrator};
 use msd_scene::{Assignment, Precision};
 use std::path::PathBuf;
 use values::{
-    automatic_substeps, cores, duration, finite, frames, integrator, interval, newton,
-    not_negative, positive, precision, side, sight, size, step, substeps, tasks, threads,
+    automatic_substeps, cores, duration, finite, frames, instructions, integrator, interval,
+    newton, not_negative, positive, precision, side, sight, size, step, substeps, tasks, threads,
     tolerance, watched,
 };
 
@@ -32,6 +32,10 @@ use values::{
 pub struct Arguments {
     #[command(subcommand)]
     pub command: Option<CliCommand>,
+    /// Memory that a scene may take, GB [default: nine tenths of what is free]
+    #[arg(long, value_name = "GB", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(global = true)]
+    pub memory: Option<f64>,
     #[command(flatten)]
     pub view: ViewArguments,
 }
@@ -440,15 +444,19 @@ pub enum Work {
     Cloth,
     /// A block of N x N x N particles that drops on a plane
     Block,
+    /// An unstructured block of N particles that drops on a plane
+    Irregular,
+    /// Three cloths of N x N particles that fall on a ball and touch
+    Drape,
 }
 
 /// Arguments of `msd bench`.
 #[derive(Debug, Args)]
 pub struct BenchArguments {
     /// Workload
-    #[arg(value_name = "cloth|block")]
+    #[arg(value_name = "cloth|block|irregular|drape")]
     pub work: Work,
-    /// Particles along each side
+    /// Particles along each side; of `irregular`, all particles
     #[arg(value_name = "N", value_parser = side, allow_negative_numbers = true)]
     pub size: usize,
     /// Integration method, as for `msd run`
@@ -467,6 +475,13 @@ pub struct BenchArguments {
     #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true)]
     #[arg(default_value = "1", help_heading = SOLVER)]
     pub threads: usize,
+    /// Vector instructions: avx512, avx2 or plain (SSE2, NEON or of WebAssembly); by default the
+    /// best that this processor has
+    #[arg(long, value_name = "NAME", value_parser = instructions, help_heading = SOLVER)]
+    pub instructions: Option<Instructions>,
+    /// Stay on this processor, counted from 0; Linux alone
+    #[arg(long, value_name = "CPU", help_heading = SOLVER)]
+    pub pin: Option<usize>,
     /// Write the positions at t = 1 s to this file: x, y, z of each particle, little-endian f64
     #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     pub positions: Option<PathBuf>,

@@ -1,7 +1,7 @@
 //! Values of options: read from text, or refused in a few words.
 
 use crate::cli::steps::Moments;
-use msd_core::Integrator;
+use msd_core::{Instructions, Integrator};
 use msd_scene::schema::MOST_NEWTON;
 use msd_scene::{Precision, nearest};
 
@@ -78,6 +78,16 @@ pub fn integrator(text: &str) -> Result<Integrator, String> {
 pub fn precision(text: &str) -> Result<Precision, String> {
     let known = [Precision::F32, Precision::F64].into_iter().find(|known| known.name() == text);
     known.ok_or_else(|| "must be f32 or f64".into())
+}
+
+/// The name of a set of instructions that this processor has.
+pub fn instructions(text: &str) -> Result<Instructions, String> {
+    let known = || Instructions::ALL.into_iter().filter(|&set| set <= Instructions::best());
+    let found = known().find(|set| set.name() == text);
+    found.ok_or_else(|| {
+        let names: Vec<_> = known().map(Instructions::name).collect();
+        format!("must be one that this processor has: {}", names.join(", "))
+    })
 }
 
 fn number(text: &str, ok: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {

@@ -11,7 +11,9 @@ use msd_run::rescue::LASTING;
 use msd_run::{Finding, Kind, Moment, Runner, Watch, on};
 use msd_scene::materials::Made;
 use msd_scene::schema::{OrAuto, SolverRow};
-use msd_scene::{Assignment, Draft, Loaded, Viewpoint, load_state, open_set, plain, shown_path};
+use msd_scene::{
+    Assignment, Draft, Loaded, Viewpoint, load_state, memory_of, open_set, plain, shown_path,
+};
 use msd_study::quantity::{number, quantity, rounded};
 use std::path::{Path, PathBuf};
 
@@ -207,7 +209,8 @@ fn open(
     let chosen = loaded.solver().with(&row(solver));
     check_read(chosen.settings.integrator, solver)?;
     let count = loaded.scene.particles.len();
-    let notice = SlowNotice::new(format!("preparing {count} particles"));
+    let gigabytes = rounded(1e-9 * memory_of(&loaded.scene), 2);
+    let notice = SlowNotice::new(format!("preparing {count} particles, about {gigabytes} GB"));
     let runner = Runner::open_with(&loaded, chosen);
     drop(notice);
     let mut runner = runner.map_err(|error| {
