@@ -204,6 +204,22 @@ impl Scene {
         PyArray1::from_iter(py, self.rows().pins.iter().map(|pin| pin.particle as i64))
     }
 
+    /// The particles that each row of pins holds which names a set, by that name: arrays.
+    ///
+    /// >>> import msd
+    /// >>> gripper = msd.open("gripper")
+    /// >>> sorted(gripper.held)
+    /// ['left', 'right']
+    #[getter]
+    fn held<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let held = PyDict::new(py);
+        for (name, particles) in &self.loaded.held {
+            let particles = particles.iter().map(|&particle| particle as i64);
+            held.set_item(name, PyArray1::from_iter(py, particles))?;
+        }
+        Ok(held)
+    }
+
     /// The bodies: for each its `name`, and its `particles` and `springs` as ranges.
     ///
     /// >>> import msd

@@ -11,16 +11,22 @@ use std::io::Write;
 pub struct Trace {
     output: Output,
     watched: Vec<usize>,
+    held: Vec<Vec<usize>>,
 }
 
 impl Trace {
     /// Begins a trace with its header: the step (0 is the start), the time, s, the energies, J,
     /// what contact took and what it added by its own account, J, the linear momentum, N s, the
-    /// angular momentum about the origin, N m s, and the position, m, of each watched particle.
+    /// angular momentum about the origin, N m s, the position, m, of each watched particle, and the
+    /// force, N, with which pins hold the particles of each set in `held`.
     ///
     /// # Errors
     /// [`FileError::Unwritable`].
-    pub fn begin(mut output: Output, watched: Vec<usize>) -> Result<Self, FileError> {
+    pub fn begin(
+        mut output: Output,
+        watched: Vec<usize>,
+        held: Vec<(String, Vec<usize>)>,
+    ) -> Result<Self, FileError> {
         let mut header = String::from(
             "step,time,kinetic,elastic,gravitational,dissipated,supplied,total,\
              contact_taken,contact_added,px,py,pz,lx,ly,lz",
@@ -28,8 +34,14 @@ impl Trace {
         for particle in &watched {
             header.push_str(&format!(",x{particle},y{particle},z{particle}"));
         }
+        for (name, _) in &held {
+            // A name may have any letters, but a column no comma.
+            let name = name.replace(|letter: char| letter == ',' || letter == '"', "_");
+            header.push_str(&format!(",fx.{name},fy.{name},fz.{name}"));
+        }
         writeln!(output, "{header}").map_err(|error| output.refused(&error))?;
-        Ok(Trace { output, watched })
+        let held = held.into_iter().map(|(_, particles)| particles).collect();
+        Ok(Trace { output, watched, held })
     }
 
     /// Adds the row of the present moment.
@@ -56,6 +68,12 @@ impl Trace {
         row.iter().for_each(|value| text.push_str(&format!(",{value:?}")));
         for &particle in &self.watched {
             on!(runner, simulation => push_position(&mut text, simulation, particle));
+        }
+        if !self.held.is_empty() {
+            let groups = self.held.iter().map(|held| held.iter().copied());
+            let forces = on!(runner, simulation => simulation.pin_forces(groups));
+            let numbers = forces.iter().flat_map(|force| force.to_array());
+            numbers.for_each(|number| text.push_str(&format!(",{number:?}")));
         }
         writeln!(self.output, "{text}").map_err(|error| self.output.refused(&error))
     }

@@ -44,6 +44,10 @@ pub struct Loaded {
     /// are multiplied by; nothing of a saved run. Not saved.
     #[serde(skip)]
     pub rest_scales: Vec<(Range<usize>, f64)>,
+    /// The particles of each row of pins that names a set, by that name, or as `pins[1]` where an
+    /// earlier row names it too; nothing of a saved run. Not saved.
+    #[serde(skip)]
+    pub held: Vec<(String, Vec<usize>)>,
     /// The wind, whose mean the uniform force of the scene includes, and that force without it,
     /// newtons; `None` without a wind. In a saved run it follows the rest.
     #[serde(skip)]
@@ -67,6 +71,7 @@ impl Loaded {
             files: Vec::new(),
             made: Vec::new(),
             rest_scales: Vec::new(),
+            held: Vec::new(),
             wind: None,
             progress: None,
         }

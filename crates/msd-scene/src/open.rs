@@ -396,6 +396,7 @@ fn finish(source: &Source<'_>, understood: Understood) -> Loaded {
         notes: understood.notes,
         made: understood.made,
         rest_scales: understood.rest_scales,
+        held: understood.held,
         wind: understood.wind,
         ..Loaded::new(name, understood.scene, understood.settings)
     }

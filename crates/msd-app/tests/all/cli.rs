@@ -197,6 +197,30 @@ fn all_particles_can_be_watched() {
 }
 
 #[test]
+fn a_trace_has_the_force_that_holds_each_set_of_pins() {
+    let folder = folder();
+    let scene = "version = 1\nbodies = [{ kind = 'rope', size = [3], spacing = 1, mass = 2, \
+                 stiffness = 1000, damping = 40, \
+                 rotation = { axis = [0, 0, 1], angle_deg = 90 } }]\n\
+                 pins = [{ particle = 0 }, { set = 'right' }]\n\
+                 solver = { precision = 'f64', substeps = 20 }\n";
+    std::fs::write(folder.path().join("s.toml"), scene).expect("a folder");
+    quiet(msd(folder.path(), &["run", "s.toml", "--duration", "5", "--trace", "t.csv"]));
+    let trace = std::fs::read_to_string(folder.path().join("t.csv")).expect("t.csv");
+    let mut lines = trace.lines();
+    assert!(lines.next().is_some_and(|head| head.ends_with(",lz,fx.right,fy.right,fz.right")));
+    let force = |line: &str| -> Vec<f64> {
+        line.rsplit(',').take(3).map(|number| number.parse().expect("a number")).collect()
+    };
+    // At the start no spring pulls: the pin holds its own particle.
+    assert_eq!(force(lines.next().expect("a start")), [0.0, 2.0 * 9.82, 0.0]);
+    // At rest each of the two pins holds half of the particle between them, which has slowed down
+    // by exp(−t b / m) = exp(−100) since.
+    let [z, y, x] = force(lines.last().expect("an end"))[..] else { panic!("three numbers") };
+    assert!((x.abs(), (y - 3.0 * 9.82).abs(), z.abs()) < (1e-9, 1e-9, 1e-9), "{x} {y} {z}");
+}
+
+#[test]
 fn a_run_of_no_duration_writes_the_start() {
     let folder = folder();
     let report = json(msd(folder.path(), &["run", "chain", "--duration", "0", "--out", "s.csv"]));

@@ -189,9 +189,23 @@ impl<R: Real> Simulation<R> {
     /// # Panics
     /// If there is no such particle.
     pub fn pin_force(&self, particles: impl IntoIterator<Item = usize>) -> DVec3 {
+        self.pin_forces([particles])[0]
+    }
+
+    /// The same of several groups of particles, for one evaluation of the forces.
+    ///
+    /// # Panics
+    /// If there is no such particle.
+    pub fn pin_forces<G: IntoIterator<Item = usize>>(
+        &self,
+        groups: impl IntoIterator<Item = G>,
+    ) -> Vec<DVec3> {
         let forces = self.forces().0;
-        let pinned = particles.into_iter().filter(|&particle| self.model.is_pinned(particle));
-        -pinned.map(|particle| forces[particle].to_f64()).sum::<DVec3>()
+        let sum = |group: G| {
+            let pinned = group.into_iter().filter(|&particle| self.model.is_pinned(particle));
+            -pinned.map(|particle| forces[particle].to_f64()).sum::<DVec3>()
+        };
+        groups.into_iter().map(sum).collect()
     }
 
     fn forces_in(&self, columns: &Columns<R>) -> (Vec<R::Vec3>, f64) {

@@ -14,7 +14,7 @@ use crate::file::sets::NamedSets;
 use crate::file::sets::links::{Links, links};
 use crate::file::sets::materials::set_materials;
 use crate::file::sets::own::OwnSets;
-use crate::file::sets::pins::{load, masses, pins};
+use crate::file::sets::pins::{held, load, masses, pins};
 use crate::file::substance::overburdened;
 use crate::file::touch::{pierced, started_in_each_other, started_inside, touch};
 use crate::file::tree::{Source, Value};
@@ -39,6 +39,7 @@ pub(crate) struct Understood {
     pub(crate) notes: Vec<String>,
     pub(crate) made: Vec<Option<Made>>,
     pub(crate) rest_scales: Vec<(Range<usize>, f64)>,
+    pub(crate) held: Vec<(String, Vec<usize>)>,
     pub(crate) wind: Option<(Wind, DVec3)>,
 }
 
@@ -101,7 +102,7 @@ pub(crate) fn understand_rows(
     set_materials(source, (&file, &made), (&mut scene, &own_sets))?;
     touch(source, &file.bodies, &mut scene, &mut notes)?;
     notes.extend(pierced(&scene));
-    let rest_scales = join(source, &file, (&mut scene, &own_sets), (&mut budget, &mut notes))?;
+    let joined = join(source, &file, (&mut scene, &own_sets), (&mut budget, &mut notes))?;
     if let Some(height) = source.drop {
         raise(&mut scene, height);
     }
@@ -121,20 +122,30 @@ pub(crate) fn understand_rows(
         camera,
         notes,
         made,
-        rest_scales,
+        rest_scales: joined.rest_scales,
+        held: joined.held,
         wind,
     })
 }
 
-/// Pins, masses and links of chosen particles; returns what rest lengths are multiplied by.
+/// What the rows that choose particles leave behind.
+struct Joined {
+    /// See [`crate::Loaded::rest_scales`].
+    rest_scales: Vec<(Range<usize>, f64)>,
+    /// See [`crate::Loaded::held`].
+    held: Vec<(String, Vec<usize>)>,
+}
+
+/// Pins, masses and links of chosen particles.
 fn join(
     source: &Source<'_>,
     file: &SceneFile,
     (scene, own_sets): (&mut Scene, &[OwnSets]),
     (budget, notes): (&mut Budget, &mut Vec<String>),
-) -> Result<Vec<(Range<usize>, f64)>, FileError> {
+) -> Result<Joined, FileError> {
     let sets = NamedSets::new(source, &file.sets, (scene, own_sets))?;
     let (pins, guides) = pins(&sets, (&file.pins, &file.world.solids))?;
+    let held = held(&sets, &file.pins)?;
     let loads = masses(&sets, &file.masses)?;
     let Links { springs, scales, anchors } =
         links(&sets, (&file.links, &file.world.solids), budget)?;
@@ -144,7 +155,7 @@ fn join(
     scene.springs.extend(springs);
     anchors.add_to(scene);
     load(source, scene, (&file.bodies, &loads))?;
-    Ok(rest_scales)
+    Ok(Joined { rest_scales, held })
 }
 
 /// The springs of each body and of each row of links, which follow those of a scene, with what

@@ -85,13 +85,19 @@ impl Files {
         Failure::all(failures.drain(..).map(Failure::input))?;
         let recorded = runner.settings();
         let mut files = Files { out, save, trace: None, recorder, recorded, distances, failures };
-        files.trace = trace.and_then(|output| files.begin_trace(output, watched, runner));
+        let columns = (watched, prepared.held.clone());
+        files.trace = trace.and_then(|output| files.begin_trace(output, columns, runner));
         files.attempt(|files| &mut files.distances, |output| line(output, HEADER));
         Ok(files)
     }
 
-    fn begin_trace(&mut self, output: Output, watch: Vec<usize>, runner: &Runner) -> Option<Trace> {
-        let begun = Trace::begin(output, watch);
+    fn begin_trace(
+        &mut self,
+        output: Output,
+        (watched, held): (Vec<usize>, Vec<(String, Vec<usize>)>),
+        runner: &Runner,
+    ) -> Option<Trace> {
+        let begun = Trace::begin(output, watched, held);
         let begun = begun.and_then(|mut trace| trace.add(runner).map(|()| trace));
         begun.map_err(|error| self.give_up(&error)).ok()
     }

@@ -37,6 +37,8 @@ pub struct Prepared {
     /// What its bodies are made of.
     #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "the window alone shows it"))]
     pub made: Vec<Option<Made>>,
+    /// The particles of sets that rows of pins name.
+    pub held: Vec<(String, Vec<usize>)>,
     /// From where its author wants it looked at.
     #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "the window alone shows it"))]
     pub camera: Viewpoint,
@@ -150,7 +152,7 @@ pub fn prepare(
         format!("{flag} {duration} s is not a multiple of the step; the run takes {time} s")
     }));
     warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));
-    let Loaded { name, title, notes, files, made, progress, camera, .. } = loaded;
+    let Loaded { name, title, notes, files, made, held, progress, camera, .. } = loaded;
     let (is_resumed, start) = (progress.is_some(), runner.moment());
     Ok(Prepared {
         name,
@@ -158,6 +160,7 @@ pub fn prepare(
         notes,
         files,
         made,
+        held,
         camera,
         is_resumed,
         runner,

@@ -115,6 +115,7 @@ fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> 
     let (files, made) = (Vec::new(), Vec::new());
     let (is_resumed, runner) = (false, runner.clone());
     Ok(Prepared {
+        held: Vec::new(),
         name,
         title,
         notes,

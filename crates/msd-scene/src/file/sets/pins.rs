@@ -57,6 +57,25 @@ pub(crate) fn pins(
     Ok((pins, guides))
 }
 
+/// The particles of each row that names a set, see [`crate::Loaded::held`].
+///
+/// # Errors
+/// As [`pins`].
+pub(crate) fn held(
+    sets: &NamedSets<'_>,
+    rows: &[PinRow],
+) -> Result<Vec<(String, Vec<usize>)>, FileError> {
+    let mut held: Vec<(String, Vec<usize>)> = Vec::new();
+    for (row, pin) in rows.iter().enumerate() {
+        let Some(set) = &pin.set else { continue };
+        let key = format!("pins[{row}]");
+        let is_taken = held.iter().any(|(name, _)| name == set);
+        let particles = sets.particles(&key, pin)?;
+        held.push((if is_taken { key } else { set.clone() }, particles));
+    }
+    Ok(held)
+}
+
 /// A place from the middle of a solid at the start, in the axes of that, metres.
 pub(super) fn own_place(solid: &Solid, place: DVec3) -> DVec3 {
     solid.axes.transpose() * (place - solid.position)
