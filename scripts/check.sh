@@ -21,7 +21,7 @@ clippy() {
 }
 doc() { RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps; }
 # As the programs of a release are built; builds with other features share little.
-features=(--features "msd-app/accessibility msd-app/parquet")
+features=(--features "msd-app/accessibility msd-app/parquet" --config scripts/tests.toml)
 # With thousands of mutations of each corpus of the fuzz targets; `scripts/fuzz.sh` goes on.
 test_debug() {
     MSD_MUTATIONS=5000 cargo test --no-fail-fast "${features[@]}"
