@@ -6,7 +6,6 @@ use msd_core::obstacles::Placed;
 use msd_core::{Lead, Model, Real, Shape, Solid, Vector};
 use serde::Serialize;
 use std::collections::BTreeSet;
-use std::ops::Range;
 
 /// How deep in a solid a triangle is pierced, in thicknesses: half of one is the middle. Less deep
 /// are triangles that cut an edge of a solid off.
@@ -78,7 +77,12 @@ impl Piercing {
             }
             let approach = Approach::new(solid, self.since.0, time);
             for (at, body) in model.bodies().iter().enumerate() {
-                let Range { start, end } = body.particles.clone();
+                // Those of the surface, which a program may have made of other particles too.
+                let corners = || body.surface.corners.iter().map(|corner| corner.particle as usize);
+                let (Some(start), Some(last)) = (corners().min(), corners().max()) else {
+                    continue;
+                };
+                let end = last + 1;
                 if !approach.comes_near(&self.before[start..end], &now[start..end]) {
                     continue;
                 }

@@ -1,12 +1,15 @@
 //! Solids that go through a surface are told, those that only push it are not.
 
-use msd_core::Vector;
+use msd_core::{Body, Vector};
 use msd_run::{Pierced, Piercing, Runner, on};
-use msd_scene::{SceneFormat, parse};
+use msd_scene::{Loaded, SceneFormat, parse};
+
+fn load(text: &str) -> Loaded {
+    parse(text, SceneFormat::Toml, "pierced").expect("a scene")
+}
 
 fn runner(text: &str) -> Runner {
-    let loaded = parse(text, SceneFormat::Toml, "pierced").expect("a scene");
-    Runner::open(&loaded).expect("it runs")
+    Runner::open(&load(text)).expect("it runs")
 }
 
 /// Runs until a time, with a look after each step.
@@ -20,9 +23,9 @@ fn watch(runner: &mut Runner, piercing: &mut Piercing, until: f64) {
 
 /// A ball that reaches a cloth of 1 x 1 m in the middle after 0.1 s. It hangs from its upper edge
 /// across the way of the ball, which is along x.
-fn ball(speed: f64, substeps: u32) -> Runner {
+fn ball(speed: f64, substeps: u32) -> Loaded {
     let at = -0.1 * speed - 0.1;
-    runner(&format!(
+    load(&format!(
         r#"version = 1
         [solver]
         substeps = {substeps}
@@ -48,7 +51,7 @@ fn ball(speed: f64, substeps: u32) -> Runner {
 /// What is told after some seconds, and how many particles are then in front of the ball, no
 /// further from its way than its radius.
 fn fly(speed: f64, substeps: u32, seconds: f64) -> (Option<Pierced>, usize) {
-    let mut runner = ball(speed, substeps);
+    let mut runner = Runner::open(&ball(speed, substeps)).expect("it runs");
     let mut piercing = Piercing::default();
     watch(&mut runner, &mut piercing, seconds);
     let middle = -0.1 * speed - 0.1 + speed * runner.time();
@@ -57,6 +60,17 @@ fn fly(speed: f64, substeps: u32, seconds: f64) -> (Option<Pierced>, usize) {
         places.filter(|place| middle < place.x && place.y.hypot(place.z) < 0.1).count()
     });
     (piercing.first(), pushed)
+}
+
+#[test]
+fn a_surface_of_particles_of_another_body_is_watched_too() {
+    let mut loaded = ball(30.0, 128);
+    let bodies = &mut loaded.scene.bodies;
+    let surface = std::mem::take(&mut bodies[0].surface);
+    bodies.push(Body { name: "skin".into(), surface, ..Body::default() });
+    let (mut runner, mut piercing) = (Runner::open(&loaded).expect("it runs"), Piercing::default());
+    watch(&mut runner, &mut piercing, 0.5);
+    assert!(matches!(piercing.first(), Some(Pierced { solid: 0, body: 1, .. })));
 }
 
 #[test]
@@ -84,7 +98,7 @@ fn a_ball_that_pushes_a_cloth_is_not() {
 #[test]
 fn automatic_substeps_are_enough_for_a_fast_ball() {
     let driven = |is_automatic: bool| {
-        let mut runner = ball(10.0, 64);
+        let mut runner = Runner::open(&ball(10.0, 64)).expect("it runs");
         runner.set_automatic(is_automatic).expect("substeps");
         while runner.time() < 0.2 {
             runner.step().expect("a step");
@@ -165,7 +179,7 @@ fn a_part_of_a_mesh_that_goes_through_a_cloth_is_told() {
 
 #[test]
 fn a_run_that_goes_back_is_looked_at_anew() {
-    let mut runner = ball(30.0, 128);
+    let mut runner = Runner::open(&ball(30.0, 128)).expect("it runs");
     let start = runner.moment();
     let mut piercing = Piercing::default();
     for _ in 0..2 {
