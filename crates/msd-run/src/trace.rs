@@ -36,7 +36,7 @@ impl Trace {
         }
         for (name, _) in &held {
             // A name may have any letters, but a column no comma.
-            let name = name.replace(|letter: char| letter == ',' || letter == '"', "_");
+            let name = name.replace([',', '"'], "_");
             header.push_str(&format!(",fx.{name},fy.{name},fz.{name}"));
         }
         writeln!(output, "{header}").map_err(|error| output.refused(&error))?;

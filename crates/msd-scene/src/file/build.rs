@@ -111,8 +111,6 @@ pub(crate) fn understand_rows(
     notes.extend(started_inside(source, &scene)?);
     notes.extend(started_in_each_other(&scene));
     let precision = file.solver.precision.unwrap_or_else(|| fitting(&scene, &mut notes));
-    // They quote names of bodies and files.
-    let notes = notes.iter().map(|note| tame(note)).collect();
     Ok(Understood {
         title: file.title,
         scene,
@@ -120,7 +118,8 @@ pub(crate) fn understand_rows(
         automatic: substeps == OrAuto::Auto,
         precision,
         camera,
-        notes,
+        // They quote names of bodies and files.
+        notes: notes.iter().map(|note| tame(note)).collect(),
         made,
         rest_scales: joined.rest_scales,
         held: joined.held,
