@@ -31,8 +31,8 @@ fn read(path: &Path) -> Vec<[f64; 3]> {
 fn a_measured_cloth_tells_the_documented_keys_and_counts() {
     let folder = folder();
     let told = json(msd(folder.path(), &["cloth", "8"]));
-    let keys = "scene size particles springs integrator step substeps precision threads \
-        updates_per_second ms_per_frame batches frames_per_batch peak_memory_bytes";
+    let keys = "scene size particles springs integrator step substeps precision instructions \
+        threads updates_per_second ms_per_frame batches frames_per_batch peak_memory_bytes";
     let found: Vec<&str> = told.as_object().unwrap().keys().map(String::as_str).collect();
     assert_eq!(found.join(" "), keys.split_whitespace().collect::<Vec<_>>().join(" "));
     assert_eq!(told["scene"], "cloth 8");
@@ -77,13 +77,17 @@ fn every_evaluation_of_the_forces_counts() {
 fn positions_are_those_of_a_run_through_the_library_to_the_bit() {
     let folder = folder();
     let path = folder.path().join("p.bin");
-    for (work, scene) in
-        [("cloth", workloads::cloth(8).unwrap()), ("block", workloads::block(4).unwrap())]
-    {
-        let size = if work == "cloth" { "8" } else { "4" };
+    for (work, size, scene) in [
+        ("cloth", "8", workloads::cloth(8).unwrap()),
+        ("block", "4", workloads::block(4).unwrap()),
+        ("irregular", "300", workloads::irregular(300).unwrap()),
+        ("drape", "5", workloads::drape(5).unwrap()),
+    ] {
         for precision in [Precision::F32, Precision::F64] {
             let name = precision.name();
+            // The library takes the best instructions: their bits are those of the plainest.
             let arguments = [work, size, "--precision", name, "--positions", "p.bin"];
+            let arguments = [&arguments[..], &["--instructions", "plain"]].concat();
             let told = quiet(msd(folder.path(), &arguments));
             assert!(told.lines().any(|line| line == "positions at t = 1 s in p.bin"), "{told}");
             let mut runner = Runner::new(&scene, workloads::settings(), precision).unwrap();
@@ -136,6 +140,9 @@ fn bad_input_is_refused_in_one_line() {
             &["cloth: its size asks for 10000000000 particles", "4.0 GB fit; --memory allows more"],
         ),
         (&["block", "1000"], &["block: its size asks for 1000000000 particles"]),
+        (&["cloth", "8", "--instructions", "mmx"], &["--instructions", "has: plain"]),
+        (&["cloth", "8", "--pin", "5000"], &["--pin 5000: "]),
+        (&["drape", "1"], &["'1'", "<N>", "from 2 to 1000000"]),
         (&["cloth", "8", "--threads", "0"], &["--threads", "from 1 to 1024"]),
         (&["cloth", "8", "--threads", "1025"], &["--threads", "from 1 to 1024"]),
         (&["cloth", "8", "--threads", "-1"], &["--threads", "from 1 to 1024"]),
