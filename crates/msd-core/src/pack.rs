@@ -98,7 +98,7 @@ pub(crate) struct Pack<S: Simd, R: Real>(R::Native<S>);
 pub(crate) type PackMask<S, R> = <Pack<S, R> as Number>::Mask;
 
 impl<S: Simd, R: Real> Pack<S, R> {
-    /// How many numbers it has.
+    /// Number of its lanes.
     pub(crate) const LEN: usize = <R::Native<S> as SimdBase<S>>::LEN;
 
     /// Numbers that are all one.

@@ -126,7 +126,7 @@ impl<R: Real> Extent<R> {
         (x + y + z).sqrt()
     }
 
-    /// How far apart both are along each axis; negative where they overlap.
+    /// Distance between both along each axis; negative where they overlap.
     #[inline(always)]
     fn gaps(self, other: Self) -> [R; 3] {
         let (above, below) = (other.low - self.high, self.low - other.high);

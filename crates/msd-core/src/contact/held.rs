@@ -199,7 +199,7 @@ pub(crate) struct Facet<R: Real> {
 }
 
 /// A face, an edge of two or a corner of three, with axes of their own (Gram and Schmidt): an
-/// impulse along the axis of one leaves those before as they are.
+/// impulse along the axis of one leaves those before unchanged.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Facets<R: Real> {
     faces: [Facet<R>; 3],

@@ -46,7 +46,7 @@ pub(crate) struct Arrival<R: Real> {
     /// It, without a surface.
     touch: Touch<R>,
     rows: Limits<R>,
-    /// How deep it is in each, metres, and the depth that counts as none.
+    /// Its depth in each, metres, and the depth that counts as none.
     depths: [(R, R); MOST],
 }
 
@@ -183,8 +183,8 @@ impl<R: Real> Arrival<R> {
 /// Corrections of a gap at most.
 const CORRECTIONS: usize = 3;
 
-/// Puts a particle back on the surface that it left along a tangent, as friction takes back some
-/// of its way. What hovers over a surface is not held there by [`super::after_kick`].
+/// Puts a particle back on the surface that it left along a tangent, as friction takes back some of
+/// its way. [`super::after_kick`] does not hold a particle that hovers over a surface.
 pub(crate) fn onto<R: Real>(
     obstacle: &(impl Obstacle<R> + ?Sized),
     touch: &Touch<R>,

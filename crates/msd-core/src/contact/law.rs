@@ -13,8 +13,9 @@
 //!   under gravity, less what the springs at the particle have given it since: see
 //!   [`Touch::impact`].
 //!
-//! Everything is as seen from the surface. What lies on it already is [`super::after_kick`]'s,
-//! under the methods that need it. Laws have no branches and compute with any [`Number`].
+//! Everything is as seen from the surface. [`super::after_kick`] holds particles that lie on it
+//! already, under the methods that need that. Laws have no branches and compute with any
+//! [`Number`].
 
 use crate::number::{Real, Vector};
 use crate::obstacles::ContactLaw;
@@ -163,7 +164,7 @@ pub(crate) fn resting_speed<R: Real>(normal: R::Vec3, gravity: R::Vec3, h: R) ->
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touch<R> {
     pub(crate) normal: [R; 3],
-    /// How far inside, metres; positive.
+    /// Penetration, metres; positive.
     pub(crate) depth: R,
     pub(crate) position: [R; 3],
     /// Its radius, metres; 0 of a point.
@@ -182,7 +183,7 @@ pub(crate) struct Touch<R> {
 }
 
 impl<N: Number> Touch<N> {
-    /// How it moved in the substep, metres.
+    /// Displacement in the substep, metres.
     #[inline(always)]
     pub(crate) fn way(&self) -> [N; 3] {
         let (to, from) = (self.position, self.start);
@@ -207,9 +208,9 @@ impl<N: Number> Touch<N> {
         (real, real * real + (pull + pull) * self.depth - stored)
     }
 
-    /// How much less energy by mass the springs hold at the surface than a constant acceleration
-    /// says, joules per kilogram: with one that changes by a₁ − a₀ along the way w, all the way to
-    /// the depth d, they push back by what they were pressed together there.
+    /// Energy by mass that the springs hold less at the surface than under a constant acceleration,
+    /// joules per kilogram. With an acceleration that changes by a₁ − a₀ along the way w, all the
+    /// way to the depth d, they push back by their compression there.
     #[inline(always)]
     pub(crate) fn eased(&self) -> N {
         let eased = self.along_normal(self.before) - self.along_normal(self.pull);
@@ -217,7 +218,7 @@ impl<N: Number> Touch<N> {
         eased.half() * self.depth * self.depth / way
     }
 
-    /// How far from the surface the acceleration was evaluated, metres.
+    /// Distance from the surface at which the acceleration was evaluated, metres.
     #[inline(always)]
     fn distance(&self, span: &Span<N>) -> N {
         // Without a branch, as `is_inside`: sixteen are computed at once.
@@ -235,7 +236,7 @@ impl<N: Number> Touch<N> {
         self.stiffness * self.distance(span)
     }
 
-    /// Whether it is inside: what lies may be so by rounding.
+    /// Whether it is inside: a particle that lies may be so by rounding.
     #[inline(always)]
     pub(crate) fn is_inside(&self, span: &Span<N>) -> N::Mask {
         (if span.settles() { self.noise } else { self.noise.zero() }).is_less(self.depth)
@@ -264,7 +265,7 @@ pub(crate) struct Span<R> {
 pub(crate) const TURN: f64 = 0.1;
 
 impl<R> Span<R> {
-    /// Whether the method holds what lies on an obstacle.
+    /// Whether the method holds particles that lie on an obstacle.
     #[inline(always)]
     pub(crate) fn settles(&self) -> bool {
         self.evaluated.settles()
@@ -297,7 +298,7 @@ impl Evaluated {
 struct Push<R> {
     /// Impulse by mass, metres per second.
     push: R,
-    /// How far the particle is moved, metres.
+    /// Distance by which the particle is moved, metres.
     lift: R,
     /// Impulse by mass times how long it has acted, metres.
     reach: R,

@@ -1,9 +1,9 @@
 //! Passages: where a particle that moves far in a substep goes into a solid.
 //!
-//! The surface next to a particle inside is the one that it came through only as long as it is not
-//! beyond the middle: through a plate thinner than two ways of a substep it would be let out on the
-//! other side, or be there already. So the way of such a particle, as seen from the solid, is
-//! followed from where it was, from gap to gap (sphere tracing: Hart, 1996).
+//! A particle inside came through the surface next to it only as long as it is not beyond the
+//! middle. Through a plate thinner than two ways of a substep it would be let out on the other
+//! side, or be there already (tunnelling). So the way of such a particle, as seen from the solid,
+//! is followed from its previous place, from gap to gap (sphere tracing: Hart, 1996).
 
 use crate::columns::{LANES, RECORD};
 use crate::number::{Real, Vector, at_level};
@@ -45,7 +45,7 @@ fn largest_square<R: Real>(velocities: &[R]) -> R {
 pub(crate) struct Entrance<R> {
     /// The direction out.
     pub(crate) normal: [R; 3],
-    /// How deep the particle is below it, metres.
+    /// Depth of the particle below it, metres.
     pub(crate) depth: R,
 }
 
@@ -83,8 +83,8 @@ impl<'a, 's> Passage<'a, 's> {
         bits.iter().fold(0, |all, bit| all | bit)
     }
 
-    /// Where a particle of some radius went in. One that lay on the surface and is on the same side
-    /// of it has not: it goes along.
+    /// Where a particle of some radius went in. A particle that lay on the surface and is on the
+    /// same side of it did not go in: it goes along.
     pub(crate) fn entrance<R: Real>(
         &self,
         (from, to): ([R; 3], [R; 3]),

@@ -92,8 +92,8 @@ impl Points {
         let mut contacts = Contacts::default();
         for row in &self.rows {
             let (solid, time) = (&solids[row.solid], bodies.substep.time);
-            // The middle of a spring is no further from an end than half its length, stretched to
-            // four times that at rest.
+            // The middle of a spring is at most half its length from an end, stretched to four
+            // times that at rest.
             let Substep { h, reach, .. } = bodies.substep;
             let margin = bodies.radii.largest + R::of(2.0 * row.longest) + reach;
             let wide = Ball::<R>::behind(solid, (time, h), margin);
@@ -195,7 +195,7 @@ impl<R: Real> Point<R> {
             before: before.components(),
             stiffness: stiffness * inverse_mass,
         };
-        // What lies is held by nothing but this.
+        // Nothing else holds a point that lies.
         let evaluated = Evaluated::Nowhere;
         let (h, lag) = (substep.h, substep.lag);
         let turn = R::of(TURN * placed.solid.shape.bend());

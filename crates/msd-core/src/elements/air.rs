@@ -42,7 +42,7 @@ use glam::DVec3;
 #[derive(Clone, Debug)]
 pub struct AirLoads {
     air: Air,
-    /// None where there are no gusts.
+    /// `None` without gusts.
     waves: Option<Waves>,
     triangles: Vec<Triangle>,
 }

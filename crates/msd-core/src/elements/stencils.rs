@@ -42,8 +42,8 @@ pub(crate) trait StencilLaw<R: Real, const N: usize>: Copy + Debug + Send + Sync
     fn multiply<const M: usize>(group: &Group<R, Self, N, M>, tau: R, to: &mut StencilSums<'_, R>);
     /// Adds the diagonal blocks of that matrix.
     fn add_blocks(single: &Group<R, Self, N, 1>, about: (R, &[R]), blocks: &mut [&mut [R]; 2]);
-    /// Moves its particles as XPBD does.
-    /// See [`Force::project`]; `applied` is what the row has applied in the substep.
+    /// Moves its particles as XPBD does. See [`Force::project`]; `applied` holds the multipliers
+    /// that the row has applied in the substep.
     fn project(
         row: &Stencil<Self, N>,
         applied: &mut [R; MULTIPLIERS],
@@ -65,7 +65,7 @@ pub(crate) trait StencilLaw<R: Real, const N: usize>: Copy + Debug + Send + Sync
 /// Multipliers of a stencil in XPBD: a vector.
 pub(super) const MULTIPLIERS: usize = 3;
 
-/// What stencils read, and what they add to.
+/// The columns that stencils read, and those that they add to.
 pub(crate) struct StencilSums<'a, R> {
     pub(super) positions: &'a [R],
     /// Velocities, or a direction.
@@ -102,7 +102,7 @@ pub struct Stencils<R, L, const N: usize> {
     /// In the order of evaluation.
     pub(super) all: Vec<Stencil<L, N>>,
     bundles: Vec<Group<R, L, N, LANES>>,
-    /// How many are in bundles: the first ones.
+    /// Number of rows in bundles: the first ones.
     bundled: usize,
     /// Numbers of a column of vectors.
     numbers: usize,
@@ -171,7 +171,7 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize, const M: usize> Group<R, L, N
         |end| vector::<R>(column, self.at[end] as usize)
     }
 
-    /// What a column has of one end of each along an axis.
+    /// The numbers of a column for one end of each along an axis.
     #[inline(always)]
     pub(super) fn numbers<'a>(&self, column: &'a [R], end: usize, axis: usize) -> &'a [R; M] {
         let at = self.at[end] as usize + axis * LANES;
@@ -392,7 +392,7 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Force<R> for Stencils<R, L, N
         self.all.iter().for_each(|row| L::write(row, rows));
     }
 
-    /// What is torn does not go on resisting.
+    /// A torn stencil stops resisting.
     fn tear(&mut self, torn: &Torn) {
         self.retain(|row| !torn.crosses(&row.particles));
     }

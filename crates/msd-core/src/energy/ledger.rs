@@ -24,7 +24,7 @@ pub struct Ledger {
     /// The effect of obstacles.
     #[cfg_attr(feature = "serde", serde(default))]
     contacts: Contacts,
-    /// How often shells may have crossed.
+    /// Number of times that shells may have crossed.
     #[cfg_attr(feature = "serde", serde(default))]
     passes: u64,
     /// The shells that were seen to go through each other.
@@ -54,8 +54,9 @@ impl Ledger {
         self.contacts
     }
 
-    /// How often shells may have crossed: substeps in which particles were so fast that not all
-    /// that may have met were seen, and features that were seen to have gone through each other.
+    /// Number of times that shells may have crossed. It counts substeps in which particles were so
+    /// fast that contacts may have been missed, and features that were seen to have gone through
+    /// each other.
     pub fn passes(&self) -> u64 {
         self.passes
     }

@@ -36,7 +36,7 @@ pub struct Energy {
     /// input (grabs, pushes, changed stiffness) is not counted anywhere.
     pub dissipated: f64,
     /// Supplied since the start by moving solids, moving pins and user-defined elements; not
-    /// negative. What moving pins take back counts as dissipated.
+    /// negative. Energy that moving pins take back counts as dissipated.
     #[cfg_attr(feature = "serde", serde(default))]
     pub supplied: f64,
 }
@@ -102,8 +102,9 @@ pub(crate) fn energy_and_rounding<R: Real>(
     (energy, rounding + 2.0 * epsilon * (kinetic + own.abs()))
 }
 
-/// How far from the middle of a solid what lies on it may be, metres, by the largest coordinate of
-/// all: it is put where it is seen from there, whatever its own coordinates, in double precision.
+/// Largest distance from the middle of a solid to a particle on it, metres, by the largest
+/// coordinate of all. The particle is placed as seen from that middle, whatever its own
+/// coordinates, in double precision.
 fn farthest_on_solids<R: Real>(model: &Model<R>, far: f64, time: f64) -> f64 {
     // A place with three such coordinates.
     let out = Real::sqrt(3.0) * far;

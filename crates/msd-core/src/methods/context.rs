@@ -35,8 +35,9 @@ pub(crate) struct Scratch<R: Real> {
     /// Power dissipated at the last evaluation, watts, and that which pins gave.
     pub(crate) power: f64,
     pub(crate) power_of_pins: f64,
-    /// Whether velocity Verlet knows the accelerations at the present state: a step starts from
-    /// positions and velocities alone, so only where they would be found again to the bit.
+    /// Whether velocity Verlet knows the accelerations at the current state. A step starts from
+    /// positions and velocities alone, so this holds only where they would be found again to the
+    /// bit.
     pub(crate) warm: bool,
     pub(crate) dormand_prince: Option<Box<dormand_prince::Scratch<R>>>,
     pub(crate) implicit: Option<Box<implicit::Scratch<R>>>,
@@ -73,7 +74,7 @@ pub(crate) struct Done {
     pub(crate) touched: bool,
     /// Energy that pins and user-defined elements have driven into the system, joules.
     pub(crate) given: f64,
-    /// How often shells may have crossed in the step, and were seen to have before it.
+    /// Number of times that shells may have crossed in the step, and were seen to have before it.
     pub(crate) passes: u64,
     pub(crate) crossed: u64,
     /// Whether a solid turned or moved by too much in a substep in which it met a particle, or
@@ -213,7 +214,7 @@ impl<'a, R: Real> StepContext<'a, R> {
         R::of(self.settings.substep())
     }
 
-    /// Simulated time at the start of the present substep, seconds.
+    /// Simulated time at the start of the current substep, seconds.
     pub fn time(&self) -> f64 {
         self.start + f64::from(self.finished) * self.settings.substep()
     }
@@ -247,7 +248,7 @@ impl<'a, R: Real> StepContext<'a, R> {
         }
     }
 
-    /// Evaluates all forces at the present state and a time, seconds; returns the power dissipated,
+    /// Evaluates all forces at the current state and a time, seconds; returns the power dissipated,
     /// watts.
     pub fn set_forces(&mut self, time: f64) -> f64 {
         self.place(time);
@@ -270,7 +271,7 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.model.lead((end, h), self.state);
     }
 
-    /// Evaluates all forces at the present positions and the velocities in a work column, at the
+    /// Evaluates all forces at the current positions and the velocities in a work column, at the
     /// end of the substep; returns the power dissipated, watts.
     pub(crate) fn set_forces_predicted(&mut self, velocities: usize) -> f64 {
         let time = self.time() + self.settings.substep();
@@ -296,16 +297,16 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.finish(Way::Kicked(0.0), Evaluated::AtStart);
     }
 
-    /// Finds the contacts of the present positions at a time, seconds; whether particles lie on
-    /// obstacles, for a method that holds them there.
+    /// Finds the contacts of the current positions at a time, seconds. Returns whether particles
+    /// lie on obstacles, for a method that holds them there.
     pub(crate) fn find(&mut self, time: f64, evaluated: Evaluated) -> bool {
         let (positions, contacts) = (&self.state.positions, &mut self.scratch.contacts);
         let when = When { time, settles: evaluated.settles() };
         self.model.find(self.level, positions, when, contacts)
     }
 
-    /// Holds what lies on an obstacle after a kick with the accelerations in a work column: the
-    /// present velocities, or those in another work column.
+    /// Holds particles that lie on an obstacle after a kick with the accelerations in a work
+    /// column: changes the current velocities, or those in another work column.
     pub(crate) fn settle(
         &mut self,
         velocities: Option<usize>,
@@ -329,7 +330,7 @@ impl<'a, R: Real> StepContext<'a, R> {
         !self.rows.is_empty()
     }
 
-    /// What the rows of shells depend on at the start of the substep.
+    /// The inputs of the rows of shells at the start of the substep.
     pub(super) fn rows_at(&self) -> At<'a, R> {
         self.model.shells_at(self.level, self.time())
     }
@@ -404,7 +405,7 @@ impl<'a, R: Real> StepContext<'a, R> {
     }
 
     /// Sets the mean velocities of the substep where shells are near each other: those in a work
-    /// column, or the present ones.
+    /// column, or the current ones.
     pub(crate) fn set_means(&mut self, column: Option<usize>) {
         let means = column.map_or(&self.state.velocities, |column| &self.scratch.columns[column]);
         self.rows.set_means(&self.model.shells, means);

@@ -102,10 +102,10 @@ const PREDICTED: usize = 2;
 /// [`crate::stability::Region`]; Groot and Warren, 1997, extrapolate with a_n alone, which costs up
 /// to half of the stable step).
 ///
-/// What lies on an obstacle is held after each half kick: see [`crate::contact::after_kick`]. What
-/// arrives is inside where its dampers are evaluated; the real share of their power is known at the
-/// start of a step, where they are evaluated at the state, and in substeps with an arrival that
-/// share is booked.
+/// Particles that lie on an obstacle are held after each half kick: see
+/// [`crate::contact::after_kick`]. A particle that arrives is inside where its dampers are
+/// evaluated. The real share of their power is known at the start of a step, where they are
+/// evaluated at the state. In substeps with an arrival that share is booked.
 ///
 /// After a bounce forces are evaluated anew: the springs at the particle were pressed together
 /// inside the obstacle.
@@ -289,7 +289,7 @@ const KICKS: usize = 4;
 
 /// The classical method of Runge and Kutta.
 ///
-/// What lies on an obstacle is held in each stage: see [`crate::contact::after_kick`].
+/// Particles that lie on an obstacle are held in each stage: see [`crate::contact::after_kick`].
 pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
     let h = step.substep();
     let (half, two, sixth) = (h * R::HALF, R::ONE + R::ONE, h / R::of(6.0));

@@ -68,7 +68,7 @@ impl Integrator {
         }
     }
 
-    /// What it is for, in a line.
+    /// Its purpose, in a line.
     pub fn purpose(self) -> &'static str {
         match self {
             Integrator::ExplicitEuler => "the textbook baseline: it gains energy",

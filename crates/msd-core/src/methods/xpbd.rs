@@ -19,7 +19,7 @@ pub(crate) struct Scratch<R: Real> {
     /// The displacements as projected so far, metres: as differences of positions they would lose
     /// the digits that velocities need.
     ways: Vec<R::Vec3>,
-    /// What rows have applied in a substep, N s².
+    /// Multipliers that rows have applied in a substep, N s².
     multipliers: Vec<R>,
     /// The pull of springs, newtons, of which only the power of the dampers is wanted.
     pulls: Aligned<R>,

@@ -32,7 +32,7 @@ impl<R: Real> PlaneColumn<R> {
         }
     }
 
-    /// The row, as it is now.
+    /// The current row.
     pub(crate) fn row(&self) -> Plane {
         Plane {
             normal: self.normal.to_f64(),

@@ -119,7 +119,7 @@ fn length(vector: DVec3) -> f64 {
     Real::sqrt(vector.dot(vector))
 }
 
-/// How a scene with its solids is serialized: a grid that several share once for each.
+/// Serialization of a grid: written once for each solid that shares it.
 #[cfg(feature = "serde")]
 pub(crate) mod shared {
     use super::DistanceGrid;

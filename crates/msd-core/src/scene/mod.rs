@@ -65,12 +65,12 @@ pub struct Spring {
 /// of s: without damping it is linear. It keeps linear and angular momentum. Over the square of the
 /// spacing s is a curvature, as long as the spacing stays what it was.
 ///
-/// One that is curved at rest stores k |s − t m|² cos² φ0/2: with e = x1 − x0, f = w2 (x2 − x0) −
-/// w3 (x3 − x0) and m = e × f/|e|, triangles that keep their shape have s = L sin φ n and
-/// m = L cos φ n, φ being half of the angle between them and n their normal, and t = tan φ0 is that
-/// at rest. So it stores k L² sin²(φ − φ0)/2, which does not jump where the triangles are folded
-/// onto each other and through: it is most at half a turn from rest. Its damper acts against
-/// changes of φ, of which there are none where it turns as a whole.
+/// A bend that is curved at rest stores k |s − t m|² cos² φ0/2: with e = x1 − x0, f = w2 (x2 − x0)
+/// − w3 (x3 − x0) and m = e × f/|e|, triangles that keep their shape have s = L sin φ n and m = L
+/// cos φ n, φ being half of the angle between them and n their normal, and t = tan φ0 is that at
+/// rest. So it stores k L² sin²(φ − φ0)/2, which does not jump where the triangles are folded onto
+/// each other and through: it is most at half a turn from rest. Its damper acts against changes of
+/// φ, of which there are none where it turns as a whole.
 ///
 /// Source of the quadratic energy: Bergou, Wardetzky, Harmon, Zorin and Grinspun, 2006.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -139,7 +139,7 @@ impl Bend {
         let sign = edge.cross(other).dot(sum).signum();
         let is_straight = 2.0 * sine < STRAIGHT;
         let rest = if is_straight { 0.0 } else { sign * Real::min(sine / cosine, STEEPEST) };
-        // A sharp edge is no plate.
+        // A sharp edge is not a plate.
         let softer = Real::min(2.0 * cosine * cosine, 1.0);
         let area = 0.5 * Real::sqrt(square) * (low + high);
         let reach = weights[2] * low;
@@ -258,7 +258,7 @@ pub struct Body {
     pub springs: Range<usize>,
     /// Its surface; empty for a rope.
     pub surface: Surface,
-    /// How it looks.
+    /// Its appearance.
     pub look: Look,
 }
 
@@ -307,7 +307,7 @@ pub struct Scene {
     pub shells: Vec<Shell>,
     /// The pins.
     pub pins: Vec<Pin>,
-    /// What guides pinned particles. Not written with the rows: it is a part of a
+    /// Guides of pinned particles. They are not written with the rows: they are a part of a
     /// [`Progress`](crate::Progress).
     #[cfg_attr(feature = "serde", serde(skip))]
     pub guides: Vec<Guide>,

@@ -45,8 +45,8 @@ pub enum Shape {
     Mesh(
         #[cfg_attr(feature = "serde", serde(with = "super::distances::shared"))] Arc<DistanceGrid>,
     ),
-    /// All points that are not above its middle, without end. One that stands still is better a
-    /// [`Plane`](super::Plane), which costs less.
+    /// All points that are not above its middle, without end. A [`Plane`](super::Plane) costs less
+    /// than a half space that stands still.
     HalfSpace,
 }
 
@@ -86,7 +86,7 @@ pub struct Solid {
     pub restitution: f64,
     /// Friction along its surface.
     pub friction: Friction,
-    /// Whether it meets points on springs that are longer than it is thick, not particles alone.
+    /// Whether it meets, besides particles, points on springs that are longer than its thickness.
     pub springs: bool,
 }
 
@@ -310,7 +310,7 @@ fn from_circle(point: DVec3, radius: f64) -> DVec3 {
     point - select(0.0 < length, away * (radius / length), DVec3::X * radius)
 }
 
-/// How far a point is beyond the round side of a rod and beyond its end; it has no third side.
+/// Distances of a point beyond the round side of a rod and beyond its end; it has no third side.
 #[inline(always)]
 fn sides_of_rod(point: DVec3, radius: f64, long: f64) -> DVec3 {
     DVec3::new(length(around(point)) - radius, point.y.abs() - 0.5 * long, f64::MIN)

@@ -22,11 +22,11 @@ pub const SHEET_POISSON: f64 = 1.0 / 3.0;
 /// The largest Poisson's ratio of a solid: towards 1/2 the stable step goes to 0.
 pub const MOST_POISSON: f64 = 0.45;
 
-/// What a body is made of.
+/// The substance of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Substance {
-    /// How it resists strain.
+    /// Its resistance to strain.
     pub elasticity: Elasticity,
     /// Density: of a solid kg/m³, of a sheet kg/m², of a rope kg/m; positive.
     pub density: f64,
@@ -34,7 +34,7 @@ pub struct Substance {
     pub relaxation_time: f64,
 }
 
-/// How a substance resists strain, by the dimensions of its lattice.
+/// Resistance of a substance to strain, by the dimensions of its lattice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -55,7 +55,7 @@ pub enum Elasticity {
         weft: f64,
         /// Shear modulus, newtons per metre; positive and at most warp weft / |warp − weft|.
         shear: f64,
-        /// How it resists bending.
+        /// Its resistance to bending.
         bending: Bending,
     },
     /// A rope.
@@ -137,7 +137,7 @@ pub(crate) struct Cell {
     lines: [f64; 3],
     /// Stiffness of the twist of a cell, newtons per metre.
     twist: f64,
-    /// What it resists a change of volume by beyond its springs, pascals.
+    /// Its resistance to a change of volume beyond that of its springs, pascals.
     modulus: f64,
     /// Its volume, cubic metres.
     volume: f64,
@@ -310,8 +310,8 @@ fn stiffnesses(elasticity: Elasticity, spacing: f64) -> Result<([f64; 3], f64, f
     }
 }
 
-/// What the cells of a solid resist a change of volume by beyond their springs, pascals: λ − μ, as
-/// springs have λ = μ.
+/// Resistance of the cells of a solid to a change of volume beyond that of their springs, pascals:
+/// λ − μ, as springs have λ = μ.
 fn volume_modulus(elasticity: Elasticity) -> f64 {
     match elasticity {
         Elasticity::Solid { young, poisson } if poisson != SOLID_POISSON => {

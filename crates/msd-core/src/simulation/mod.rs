@@ -268,7 +268,7 @@ impl<R: Real> Simulation<R> {
         }
     }
 
-    /// Goes back to the last good state where the present one is refused.
+    /// Goes back to the last good state where the current one is refused.
     fn guard_or_go_back(&mut self, done: &Done) -> Result<(), Error> {
         self.guard(done).inspect_err(|_| self.go_back())
     }

@@ -20,8 +20,8 @@ const RISE: f64 = 0.1;
 
 impl<R: Real> Simulation<R> {
     /// Whether the step since the last good state has raised the energy by so much that it must
-    /// have been too long. Not asked where energy may come that is in no account, nor of methods
-    /// that have no limit or always add some.
+    /// have been too long. Not asked where unaccounted energy may come, nor of methods that have no
+    /// limit or always add some.
     pub(super) fn has_risen(&self, done: &Done) -> bool {
         use Integrator::{Rk4, SymplecticEuler, VelocityVerlet};
         let is_limited = matches!(self.settings.integrator, SymplecticEuler | VelocityVerlet | Rk4);

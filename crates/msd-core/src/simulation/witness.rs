@@ -23,15 +23,16 @@
 //! checked separately, since dampers may dissipate it at once: it adds up from the start, and is
 //! compared with the most that was in motion since then.
 //!
-//! What dampers dissipate as fast as it is added shows in the balance alone: [`Energy::total`],
-//! which only an error of the method changes, see [`Witness::imbalance`]. A rise by more than a
-//! tenth of the most that was in motion is told apart, see [`Witness::surplus`]: it says that the
-//! balance is wrong. The motion need not be, as at long steps the work of dampers is booked
-//! coarsely. A fall by as much, see [`Witness::loss`], is energy that nothing took: a bounce that
-//! returns too little, or the damping that a method such as backward Euler has by design. It counts
-//! where it lasts for a window of samples, wherever that begins, and so does a lasting rise, see
-//! [`Witness::rise`]. Methods under which the energy of a mode does not swing, such as RK4, have no
-//! excuse for a change that comes and goes: there four samples are enough.
+//! Energy that dampers dissipate as fast as it is added shows in the balance alone:
+//! [`Energy::total`], which only an error of the method changes, see [`Witness::imbalance`]. A rise
+//! by more than a tenth of the most that was in motion is reported separately, see
+//! [`Witness::surplus`]: it says that the balance is wrong. The motion need not be, as at long
+//! steps the work of dampers is booked coarsely. A fall by as much, see [`Witness::loss`], is
+//! energy that nothing took: a bounce that returns too little, or the damping that a method such as
+//! backward Euler has by design. It counts where it lasts for a window of samples, wherever that
+//! begins, and so does a lasting rise, see [`Witness::rise`]. Methods under which the energy of a
+//! mode does not swing, such as RK4, have no excuse for a change that comes and goes: there four
+//! samples are enough.
 //!
 //! The detector sees no gain before the second window, and before the end of the first such a rise
 //! only where it is half of what is in motion.
@@ -62,8 +63,8 @@ const REST: f64 = 1e-6;
 /// remainder of a motion that has died out is the error of the method, and comes and goes.
 const NOISE: f64 = 1e-7;
 
-/// How many times the root of the sum of their squares what rounding has added may be: roundings
-/// of different substeps have nothing in common, those of one may have all.
+/// Bound of the energy that rounding has added, as a multiple of the root of the sum of squares:
+/// roundings of different substeps are uncorrelated, those of one may be fully correlated.
 const ROUNDINGS: f64 = 4.0;
 
 /// Watches the energy of one run.
@@ -79,7 +80,7 @@ pub struct Witness {
     rounding: f64,
     /// The energy that obstacles have added in all, less what they dissipated, joules.
     fed: f64,
-    /// What was supplied: at the first sample, at the reference, and now, joules.
+    /// Energy supplied: at the first sample, at the reference, and at the current one, joules.
     supplied: [f64; 3],
     /// The step of the last look.
     seen: u64,
@@ -106,7 +107,8 @@ struct Balance {
     is_steady: bool,
     /// The largest kinetic energy of this window, joules.
     kinetic: f64,
-    /// What rounding can have added since the first sample, joules, where all of it has one sign.
+    /// Most energy that rounding can have added since the first sample, joules, if all of it has
+    /// one sign.
     rounding: f64,
     /// The sum of the squares of what it can have added in each substep, square joules.
     squares: f64,
@@ -137,7 +139,7 @@ impl Balance {
         (self.settled, self.kinetic) = (self.change, 0.0);
     }
 
-    /// What rounding may have added to the change, joules.
+    /// The part of the change that rounding may have added, joules.
     fn noise(&self) -> f64 {
         ROUNDINGS * self.squares.sqrt()
     }

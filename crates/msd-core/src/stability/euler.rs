@@ -33,7 +33,7 @@ pub(crate) struct Search {
     /// The limit of the fastest motion, and what was found so far, seconds.
     fastest: f64,
     limit: f64,
-    /// Runs that were made, and of the present one the substeps that were taken, of how many.
+    /// Runs that were made, and of the current one the substeps taken and their total.
     runs: usize,
     taken: usize,
     substeps: usize,
@@ -77,7 +77,8 @@ impl Search {
         }
         let found = self.sums[1] / self.sums[0];
         (self.taken, self.sums) = (0, [0.0; 2]);
-        // What buckles, or is driven by its velocity, grows at any step: that is no limit.
+        // A motion that buckles, or is driven by its velocity, grows at any step: that is not a
+        // limit.
         let is_limit = 0.0 < found && found.is_finite();
         if !is_limit {
             return Some(self.limit);

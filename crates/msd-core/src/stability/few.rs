@@ -11,7 +11,7 @@ use crate::number::Real;
 /// The region of a method and the substeps of a step.
 pub(crate) type How = (Region, u32);
 
-/// How many motions are taken together: those that symplectic Euler fails by first,
+/// Number of motions that are taken together: those that symplectic Euler fails by first,
 const FIRST: usize = 6;
 /// the stiffest ones
 const STIFFEST: usize = 3;
@@ -79,7 +79,7 @@ impl Few {
                 self.damping.rows[a][b] = basis.damping.between(u, v);
             }
         }
-        // A compressed state buckles at any step, as it would without steps: that is no limit.
+        // A compressed state buckles at any step, as it would without steps: that is not a limit.
         self.stiffness = self.stiffness.above(STILL);
         // Nor is a motion that a user-defined element drives by its velocity.
         if 0.0 < self.damping.norm() {

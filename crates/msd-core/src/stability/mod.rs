@@ -54,9 +54,9 @@ pub struct Estimator {
     sums: Vec<Mode>,
     /// Stiffness and damping of some elements at each particle.
     rows: Vec<[f64; 2]>,
-    /// How much of each particle is in a rough vector.
+    /// Weight of each particle in a rough vector.
     weights: Vec<f64>,
-    /// How far a prediction in pieces is, and the motions that it resolves.
+    /// Progress of a prediction in pieces, and the motions that it resolves.
     phase: Phase,
     few: Box<Few>,
     euler: euler::Search,

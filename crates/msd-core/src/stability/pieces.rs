@@ -14,7 +14,7 @@ const START: f64 = 0.93;
 /// The most times that the motion that grows first is added to those.
 const ROUNDS: usize = 5;
 
-/// How far a prediction is.
+/// Progress of a prediction.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Phase {
     /// The basis is made; nothing before it begins.
@@ -25,7 +25,7 @@ pub(super) enum Phase {
     Running,
 }
 
-/// How far a basis is.
+/// Progress of a basis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Growth {
     /// The limit that is expected, seconds.

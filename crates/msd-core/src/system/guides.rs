@@ -10,7 +10,7 @@ use crate::system::Columns;
 use alloc::vec::Vec;
 use glam::{DMat3, DVec3};
 
-/// How much of a step before its end a guide ends: times are products of floating point.
+/// The part of a step by which a guide ends before its end: times are products of floating point.
 const EARLY: f64 = 1e-6;
 /// The substeps between two key frames from which on methods book the work between them well: the
 /// error of a trapezoid is a sixteenth of it there, less than the watch over the energy allows.

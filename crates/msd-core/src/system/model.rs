@@ -240,7 +240,7 @@ impl<R: Real> Model<R> {
         kinds.into_iter().for_each(|kind| change(kind, slots));
     }
 
-    /// What the laws of forces depend on at a motion.
+    /// The inputs of the laws of forces at a motion.
     pub(crate) fn moment<'a>(&'a self, level: Level, motion: Motion<'a, R>) -> Moment<'a, R> {
         Moment { level, motion }
     }
@@ -506,7 +506,7 @@ impl<R: Real> Model<R> {
         &self.volumes
     }
 
-    /// What the rows of shells depend on at a time, beside positions and velocities.
+    /// The inputs of the rows of shells at a time, beside positions and velocities.
     pub(crate) fn shells_at(&self, level: Level, time: f64) -> At<'_, R> {
         let Model { shells, obstacles, inverse_mass_column, .. } = self;
         At { level, shells, obstacles, inverse_masses: inverse_mass_column, time }
@@ -537,7 +537,7 @@ impl<R: Real> Model<R> {
         &self.obstacles
     }
 
-    /// What guides pinned particles now.
+    /// The current guides of pinned particles.
     pub fn guides(&self) -> impl Iterator<Item = &Guide> {
         self.guides.0.iter().filter(|(_, guides)| *guides).map(|(guide, _)| guide)
     }

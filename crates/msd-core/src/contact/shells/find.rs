@@ -15,7 +15,7 @@ use alloc::vec::Vec;
 pub(super) struct Finder<'a, R: Real> {
     pub(super) at: &'a At<'a, R>,
     pub(super) patch: &'a Patch<R>,
-    /// How far beyond their reach features may be, metres.
+    /// Distance beyond their reach at which features are still found, metres.
     pub(super) margin: R,
     pub(super) rows: Vec<ContactRow<R>>,
     /// The keys of the rows.
@@ -255,8 +255,8 @@ impl<'a, R: Real> Finder<'a, R> {
     }
 
     /// Lets a face take the couple of friction, by its corners: the first of some that faces the
-    /// normal well, or the one that faces it most. One that a normal is nearly along would be
-    /// turned by much for little.
+    /// normal well, or the one that faces it most. A small couple would turn a face far if the
+    /// normal were nearly along it.
     fn turn_one(&self, row: &mut ContactRow<R>, faces: impl Iterator<Item = [u32; 3]>) {
         let mut best = R::of(LEAST_FACING);
         for corners in faces {
@@ -312,7 +312,7 @@ impl<'a, R: Real> Finder<'a, R> {
             let [a, b, c] = self.seen(face, start);
             let normal = (b - a).cross(c - a);
             let height = (a.dot(normal) / normal.dot(normal).sqrt()).abs();
-            // What lies a bit closer than it stops slides on as close.
+            // A vertex that lies a bit closer than its stop slides on at that distance.
             let slid = row.stop.min(height).max(row.stop * R::of(1.0 - SLOP));
             let limit = slid * R::of(1.0 - 1e-3 * SLOP);
             least = least.min(limit);
@@ -325,8 +325,9 @@ impl<'a, R: Real> Finder<'a, R> {
         self.faces_of(row.key).all(&mut stays_off) && least * least <= nearest.dot(nearest)
     }
 
-    /// Lets a row follow its features to where these are now; the same face takes the couple. One
-    /// that slid off them stays on what continues them: their border would push it back or on.
+    /// Lets a row follow its features to where these are now; the same face takes the couple. A row
+    /// that slid off them stays on the features that continue them: their border would push it back
+    /// or on.
     pub(super) fn follow(&self, row: &mut ContactRow<R>) {
         let Some(mut new) = self.row(row.key, self.sides(row.key)) else { return };
         let is_off = |(new, old): (&R, &R)| *new == R::ZERO && *old != R::ZERO;

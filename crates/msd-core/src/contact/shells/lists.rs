@@ -26,7 +26,7 @@ pub(super) struct ListedPair {
 #[derive(Clone, Debug)]
 pub(super) struct ClusterPair<R> {
     pub(super) clusters: [u32; 2],
-    /// How far they may have come closer to each other since the pair was found, metres.
+    /// Most by which they may have come closer to each other since the pair was found, metres.
     pub(super) worn: f64,
     /// The wear from which on one of the features may matter.
     pub(super) until: f64,
@@ -54,17 +54,18 @@ pub(super) struct Candidates<R: Real> {
     /// The vertices of the clusters of those pairs and those that edges join to them.
     pub(super) vertices: Vec<u32>,
     is_listed: bool,
-    /// How far any two clusters may have come closer to each other since the pairs were found, and
-    /// up to where no other pair matters, metres.
+    /// Most by which any two clusters may have come closer to each other since the pairs were
+    /// found, and the value up to which no other pair matters, metres.
     worn: f64,
     found_to: f64,
-    /// How far any two clusters may come closer before a pair may matter, metres, where known.
+    /// Most by which any two clusters may come closer before a pair may matter, metres, where
+    /// known.
     spare: Option<f64>,
     /// Positions at the last look, metres, and the box around them.
     last: Vec<R>,
     around: Extent<R>,
-    /// How far any two vertices may have come closer since, and any one may have moved, metres, as
-    /// long as velocities alone tell.
+    /// Most by which any two vertices may have come closer since, and any one may have moved,
+    /// metres, as long as velocities alone moved them.
     crept: Option<[f64; 2]>,
     /// Whether each cluster, and each vertex, is one that may matter.
     are_due: [Vec<bool>; 2],
@@ -83,7 +84,7 @@ impl<R: Real> Candidates<R> {
         self.clusters = Clusters::default();
     }
 
-    /// Discards what is known of ways since the last look: not velocities alone made them.
+    /// Discards the known ways since the last look: not velocities alone made them.
     pub(super) fn lose_track(&mut self) {
         self.crept = None;
     }
@@ -179,7 +180,7 @@ impl<R: Real> Candidates<R> {
         are_all
     }
 
-    /// How far any two clusters may come closer before a pair may matter, metres.
+    /// Most by which any two clusters may come closer before a pair may matter, metres.
     fn spare(&mut self) -> f64 {
         let of_pair = |pair: &ClusterPair<R>| pair.until.min(pair.listed_to) - pair.worn;
         let least = || self.pairs.iter().map(of_pair).fold(self.found_to - self.worn, f64::min);
@@ -348,10 +349,10 @@ impl<R: Real> Candidates<R> {
 const MOST_PAIRS: usize = 256;
 /// More than the part of a reach that rounding is worth.
 pub(super) const NOISE: f64 = 0.01;
-/// How far clusters are looked for, in their size.
+/// Distance up to which clusters are searched, in their size.
 const BEYOND: f64 = 0.5;
-/// How far beyond their reach features are listed, in edges: less than features that share no
-/// vertex are apart in flat surface.
+/// Distance beyond their reach up to which features are listed, in edges: less than the distance in
+/// flat surface between features that share no vertex.
 const SKIN: f64 = 0.33;
 
 /// The box around all displacements.
@@ -392,10 +393,10 @@ struct PlacedCluster<'a, R: Real> {
     around: Extent<R>,
 }
 
-/// What a search for features of two clusters takes note of.
+/// Notes of a search for features of two clusters.
 #[derive(Clone, Debug, Default)]
 struct FeatureSearch<R: Real> {
-    /// How far apart features may be, metres.
+    /// Largest distance between features, metres.
     reach: R,
     vertices: FeatureLanes<R, 1>,
     edges: FeatureLanes<R, 2>,

@@ -20,7 +20,7 @@ pub(super) struct Margins<R: Real> {
     /// The margin that holds for all, metres, and what a speed is multiplied by, seconds.
     most: R,
     seconds: R,
-    /// What is added to all others, metres.
+    /// Margin that is added to all others, metres.
     least: R,
 }
 

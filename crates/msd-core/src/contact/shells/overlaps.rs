@@ -24,7 +24,8 @@ use core::cmp::Ordering;
 const MOST: usize = 256;
 /// The most particles of a shell whose ways out are tried as that of the whole.
 const MOST_WAYS: usize = 32;
-/// How far outside of a face a line still meets it, as a part of the face: no gap between faces.
+/// Distance outside of a face at which a line still meets it, as a part of the face, so that faces
+/// leave no gap.
 const BESIDE: f64 = 0.05;
 /// A direction in which no edges of lattices lie.
 const ASKEW: [f64; 3] = [0.5291, 0.7127, 0.4607];

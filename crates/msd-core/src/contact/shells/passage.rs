@@ -40,7 +40,7 @@ impl ShellPassage {
 /// The rows whose sides were seen to go through each other.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Through {
-    /// How many.
+    /// Their number.
     pub(super) count: u64,
     /// Of which shells.
     pub(super) passages: Vec<ShellPassage>,

@@ -31,7 +31,7 @@ pub(crate) struct ShellRows<R: Real> {
     kept: Vec<(R, R::Vec3)>,
     /// The rows in a solve.
     pub(super) in_solve: Vec<InSolve<R>>,
-    /// What a search takes note of.
+    /// Notes of a search.
     keys: Vec<u64>,
     near: Vec<(u64, usize)>,
     are_held: Vec<bool>,
@@ -137,7 +137,7 @@ impl<R: Real> ShellRows<R> {
         };
         self.rows.clear();
         self.rows.extend(impulses.iter().map(row));
-        // What was seen since is undone.
+        // Crossings that were counted since then are undone.
         self.through = Through::default();
     }
 
@@ -338,8 +338,8 @@ impl<R: Real> ShellRows<R> {
     /// Corrects the outcome of a substep in the stages of which these forces acted, by its mean
     /// velocities, which are set, and then its last ones.
     ///
-    /// What is added to impulses acts as if it were given at the start; where `is_late`, the mean
-    /// velocities are those of the start, and it is felt at the end alone.
+    /// An addition to impulses acts as if it were given at the start. Where `is_late`, the mean
+    /// velocities are those of the start, and the addition is felt at the end alone.
     pub(crate) fn end(
         &mut self,
         at: &At<'_, R>,

@@ -191,5 +191,5 @@ impl<R: Real> ShellRows<R> {
 
 /// The least margin of a row, in reaches: what rests has no velocities by which to find it.
 const LEAST_MARGIN: f64 = 0.1;
-/// How often a row may begin or cease to act before it keeps its stiffness.
+/// Number of times that a row may begin or cease to act before it keeps its stiffness.
 const MOST_CHANGES: u32 = 3;

@@ -4,7 +4,7 @@ use super::row::{ContactRow, SLOP};
 use crate::contact::Contacts;
 use crate::number::{Real, Vector};
 
-/// How long it takes to undo an overlap, seconds: by as much as is left of it in each such time.
+/// Time constant with which an overlap is undone, seconds.
 pub(super) const UNDOING: f64 = 0.05;
 
 /// Adds a part of the impulses that are not booked yet to velocities, or to positions by the time

@@ -11,7 +11,7 @@ const LEAST_PART_SQUARED: f64 = 1e-8;
 /// below 2.
 const STEEPEST_SQUARED: f64 = 4.0;
 
-/// A bend that is curved at rest, as it is bent.
+/// The current shape of a bend that is curved at rest.
 ///
 /// With e = x1 − x0, f = w2 (x2 − x0) − w3 (x3 − x0), s the weighted sum and m = e × f/|e|,
 /// triangles that keep their shape have s = L sin φ n and m = L cos φ n, n being the normal of the
@@ -32,9 +32,9 @@ pub(super) struct Curved<R: Real> {
     across: R::Vec3,
     /// ŵ; zero where there is none.
     normal: R::Vec3,
-    /// What d is across ŵ, by |w|.
+    /// The part of d across ŵ, by |w|.
     tilt: R::Vec3,
-    /// How far it is off its rest, d.
+    /// Deviation from its rest, d.
     pub(super) off: R::Vec3,
 }
 
@@ -58,7 +58,7 @@ impl<R: Real> Curved<R> {
         Curved { weights, rest, part, edge, inverse, across, normal, tilt, off }
     }
 
-    /// What is left of a vector across the edge.
+    /// The part of a vector across the edge.
     #[inline(always)]
     fn beside(&self, vector: R::Vec3) -> R::Vec3 {
         vector - self.edge * self.edge.dot(vector)
@@ -122,7 +122,7 @@ impl<R: Real> Curved<R> {
         let by = R::ZERO - self.rest * self.part;
         let change = (sum - lifted * self.rest) * (self.part * stiffness);
         let [edges, acrosses] = self.pulls(change * by);
-        // The pull along m as it is, whose parts change as the edge turns and stretches.
+        // The current pull along m, whose parts change as the edge turns and stretches.
         let pull = self.off * (stiffness * by);
         let (pulled, stretch) = (self.across.cross(pull), self.edge.dot(edge) * self.inverse);
         let turned = turn * self.edge.dot(pulled) + self.edge * turn.dot(pulled);

@@ -73,7 +73,7 @@ impl<R: Real> BendLaw<R> {
         }
     }
 
-    /// How it is bent, by positions, if it is curved at rest.
+    /// Its current shape, by positions, if it is curved at rest.
     #[inline(always)]
     fn curved(&self, of: impl Fn(usize) -> R::Vec3) -> Option<Curved<R>> {
         (self.rest != R::ZERO).then(|| Curved::new(self.weights, self.rest, of))
@@ -241,7 +241,7 @@ impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
     #[inline(always)]
     fn multiply<const M: usize>(group: &BendGroup<R, M>, tau: R, to: &mut StencilSums<'_, R>) {
         let StencilSums { positions: x, ways: direction, is_damped, sums: products } = to;
-        // What is summed is the opposite of a force.
+        // The sum is the opposite of a force.
         if let Some(curved) = group.law.curved(group.first(x)) {
             let pull = curved.change(group.first(direction)) * (tau * tau * group.law.stiffness);
             group.subtract_parts(curved.parts(-pull), products);

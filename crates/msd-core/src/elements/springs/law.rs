@@ -72,8 +72,8 @@ pub fn energy(length: f64, law: Law<f64>) -> f64 {
 ///
 /// A small displacement w of here as seen from there changes the force by k u (u·w) + (T/L) (w − u
 /// (u·w)), T being the tension of the spring and its damper: stretched, it also resists a sideways
-/// motion, as a string does. A small velocity changes it by b u (u·w). How a damper turns with its
-/// spring is left out: that part is not symmetric. The fast twin is in `matrix.rs`.
+/// motion, as a string does. A small velocity changes it by b u (u·w). The turn of a damper with
+/// its spring is left out: that part is not symmetric. The fast twin is in `matrix.rs`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tangent<R: Real> {
     /// Unit vector of the spring; zero where it has no direction.

@@ -52,9 +52,9 @@ pub(crate) struct Band {
     pub(crate) numbers: Range<usize>,
     pub(crate) steps: Range<usize>,
     pub(crate) rows: Range<usize>,
-    /// How many of the steps are the halo; `None` without segments.
+    /// Number of steps in the halo; `None` without segments.
     pub(crate) halo: Option<usize>,
-    /// How many records away the other end of a spring is, at most.
+    /// Largest distance to the other end of a spring, in records.
     pub(crate) reach: usize,
 }
 
@@ -133,8 +133,7 @@ pub(crate) const NOWHERE: u32 = u32::MAX;
 /// fewer would be emptier than rows that name each end are slow.
 const FAMILY: usize = 8;
 
-/// Extras of a block of segments: one of so many springs, at most, as they are evaluated one by
-/// one.
+/// Extras of a block of segments: at most one in so many springs, as they are evaluated one by one.
 const MOST_EXTRAS: usize = 20;
 
 /// Bodies of fewer particles share a block with their neighbours.
@@ -192,7 +191,7 @@ impl Layout {
         self.bands.iter().filter_map(|band| band.halo).max().unwrap_or(0)
     }
 
-    /// How many records away named ends are, at most.
+    /// Largest distance to a named end, in records.
     pub(crate) fn reach(&self) -> usize {
         let named = self.bands.iter().filter(|band| band.halo.is_none());
         named.map(|band| band.reach).max().unwrap_or(0)

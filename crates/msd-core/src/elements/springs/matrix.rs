@@ -418,7 +418,7 @@ impl<S: Simd, R: Real> RowPass<S, R, 1> for Multiply<'_, R> {
         load(simd, columns, 0)
     }
 
-    /// Where there is no spring, its weights are zero.
+    /// A missing spring has weights of zero.
     #[inline(always)]
     fn add(
         &mut self,

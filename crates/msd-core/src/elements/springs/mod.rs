@@ -76,7 +76,7 @@ pub struct Springs<R: Real> {
     rest_lengths: Vec<R>,
     stiffnesses: Values<R>,
     dampings: Values<R>,
-    /// Which springs are cut; empty where none is.
+    /// Flags of the springs that are cut; empty where none is.
     cut: Vec<bool>,
     layout: Layout,
     /// The numbers of rows, in sixteens, those that are alike once.
@@ -159,7 +159,7 @@ impl<R: Real> Springs<R> {
         self.cut.get(spring).is_some_and(|&cut| cut)
     }
 
-    /// Which springs are cut; empty where none is.
+    /// Flags of the springs that are cut; empty where none is.
     pub(crate) fn cut_flags(&self) -> &[bool] {
         &self.cut
     }

@@ -112,7 +112,7 @@ impl<R: Real> StencilLaw<R, 8> for VolumeLaw<R> {
         let shape = CellShape::new(&cells.law, cells.diagonals(to.positions));
         let rates = shape.rate(&cells.diagonals(to.ways));
         let factors = shape.factors(&cells.law, tau);
-        // What is subtracted is the opposite.
+        // The opposite is subtracted.
         let pulls = from_fn(|lane| -(rates[lane] * factors[lane]));
         cells.subtract_parts(&shape.gradient, &pulls, to.sums);
     }
@@ -131,7 +131,7 @@ impl<R: Real> StencilLaw<R, 8> for VolumeLaw<R> {
         }
     }
 
-    /// A constraint V = V0 of compliance V0/Λ. A negative Λ, which is no constraint, pushes away
+    /// A constraint V = V0 of compliance V0/Λ. A negative Λ, which is not a constraint, pushes away
     /// from it by at most as much.
     fn project(
         row: &CellRow<R>,

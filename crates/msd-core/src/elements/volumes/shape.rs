@@ -230,7 +230,7 @@ pub(super) fn bilinear<R: Real, const N: usize>(a: &Six<R, N>, b: &Six<R, N>) ->
     ]
 }
 
-/// What each corner has of vectors along diagonals: those that end there less those that begin
+/// The sum at each corner of vectors along diagonals: those that end there less those that begin
 /// there.
 #[inline(always)]
 pub(super) fn corners<R: Real, const N: usize>(rows: &Six<R, N>) -> [Triple<R, N>; 8] {

@@ -246,7 +246,7 @@ impl<R: Real> Scratch<R> {
             *resisted = root_mean_square(step, way) / reach;
         }
         let calm = CALM * mode.largest_substep(Region::DORMAND_PRINCE, 1);
-        // What is no number is no limit.
+        // A NaN does not limit the substep.
         if 0.0 < calm { calm } else { f64::INFINITY }
     }
 
@@ -257,7 +257,7 @@ impl<R: Real> Scratch<R> {
         }
         let system = (step.level, step.model);
         let mut met = self.holds.meet(system, &step.scratch.forces, time, step.state);
-        // Points on springs are met at once wherever a substep ends: their impacts are no events.
+        // Points on springs are met at once wherever a substep ends: their impacts are not events.
         let substep = Substep::instant(time);
         met.add(step.model.meet_springs(step.state, &step.scratch.forces, substep));
         step.done.meet(met.contacts);

@@ -36,8 +36,8 @@ impl Pace {
         Pace { length, step, before: 1.0, rejected: false, attempts: 0 }
     }
 
-    /// The length to try when `left` seconds of the step are left. What is left is halved where one
-    /// substep does not reach its end and a second would be cut short.
+    /// The length to try when `left` seconds of the step are left. They are halved where one
+    /// substep does not reach the end and a second would be cut short.
     pub(crate) fn attempt(&mut self, left: f64) -> f64 {
         self.attempts += 1;
         if left <= self.length {

@@ -64,7 +64,7 @@ pub(crate) struct Bearing<R: Real> {
     pub(crate) velocity: R::Vec3,
     /// Acceleration of the surface as the particle sees it, metres per second squared.
     acceleration: R::Vec3,
-    /// How fast a particle that goes straight on speeds up away from the surface, metres per second
+    /// Acceleration away from the surface of a particle that goes straight on, metres per second
     /// squared: v²/r on a ball at rest.
     pub(crate) lift: R,
     pub(crate) law: ContactLaw<R>,
@@ -119,7 +119,7 @@ pub(crate) struct Support<R: Real> {
     pub(crate) pressures: [R; MOST_OBSTACLES],
     /// The least of them.
     pub(crate) least: R,
-    /// What friction may take along the obstacles, metres per second squared.
+    /// Largest deceleration by friction along the obstacles, metres per second squared.
     pub(crate) grip: R,
     /// Whether nothing slides.
     pub(crate) glued: bool,

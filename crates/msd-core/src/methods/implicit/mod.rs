@@ -69,14 +69,14 @@ pub(crate) struct Scratch<R: Real> {
     course: Course,
 }
 
-/// How the solves of a step went.
+/// Convergence of the solves of a step.
 #[derive(Clone, Debug, Default)]
 struct Course {
     /// The square of the largest residual that a solve of the substep started with.
     first: f64,
     /// Substeps of the step in which friction did not settle within the passes.
     unsettled: u32,
-    /// How far the solves of the step got.
+    /// Convergence of the solves of the step.
     solved: Solved,
 }
 
@@ -121,7 +121,7 @@ impl<R: Real> Scratch<R> {
         }
     }
 
-    /// How far the solves of the last step got.
+    /// Convergence of the solves of the last step.
     pub(crate) fn solved(&self) -> Solved {
         self.course.solved
     }

@@ -1,9 +1,9 @@
 //! Contact within an implicit substep: the particles that obstacles hold, and with what impulse.
 //!
 //! A particle that lies on an obstacle keeps its height in the solve itself: moved back afterwards,
-//! it would have let the body sag by g h² and the springs above it push it into the obstacle. One
-//! that would come to lie on it within the substep gets there in the solve. On a surface that moves
-//! it is held as seen from there.
+//! it would have let the body sag by g h² and the springs above it push it into the obstacle. A
+//! particle that would come to lie on it within the substep gets there in the solve. On a surface
+//! that moves it is held as seen from there.
 //!
 //! The part of the residual in the held directions is set aside in every iteration (the filter of
 //! Baraff and Witkin, 1998, section 5.3): it is the impulse of the surface, which no iteration may
@@ -39,8 +39,8 @@ struct Face<R: Real> {
     near: R,
     /// The speed at which a gap beyond that closes in the substep, metres per second.
     closing: R,
-    /// How fast what slides along it leaves it in the substep, as it bends, metres per second;
-    /// negative where it runs into it. Half of what it turns the velocity by.
+    /// Speed at which a sliding particle leaves the bent surface in the substep, metres per second;
+    /// negative where it runs into it. It is half of the change of velocity by the turn.
     bend: R,
 }
 
@@ -374,7 +374,7 @@ impl<R: Real> Hold<R> {
         let radius = model.radii().at(self.at);
         let moved = span.h * (velocity.extent() + span.h * model.gravity().extent());
         let gap = obstacle.gap(position, span.start) - radius;
-        // What it ends on is rounded as its way is, too.
+        // The place where it ends is rounded, as its way is.
         let near = rounding(obstacle.terms(position, span.start) + moved, radius);
         let is_near = gap <= near + moved;
         if !is_near {
@@ -392,7 +392,7 @@ impl<R: Real> Hold<R> {
         let lag = (before - stage) + (middle - stage) * R::of(4.0) + (after - stage);
         let surface = surface + normal * (lag * R::of(1.0 / 6.0));
         let resting = resting_speed::<R>(normal, model.gravity(), span.h);
-        // What moves by less than its gap is rounded to rests as well.
+        // A particle that moves by less than the rounding of its gap rests as well.
         let resting =
             resting + near / span.h + rounding(velocity.extent() + surface.extent(), R::ZERO);
         let speed = (velocity - surface).dot(normal);
@@ -411,7 +411,7 @@ impl<R: Real> Hold<R> {
             }
             bend
         };
-        // What a surface presses does not leave it as that slows down.
+        // A particle that a surface presses does not leave it as the surface slows down.
         let bends = (bend.abs() + (after - before).abs()) * R::of(2.0);
         let law = obstacle.law();
         let lies = gap <= near && law.restitution == R::ZERO;
@@ -528,8 +528,8 @@ impl<R: Real> Hold<R> {
 }
 
 /// The velocity that the surface of the faces before and this one, so many after the first, has
-/// where this one moves at a velocity: along an axis of its own, which leaves those before as they
-/// are.
+/// where this one moves at a velocity: along an axis of its own, which leaves those before
+/// unchanged.
 fn carry<R: Real>(own: &Facet<R>, surface: R::Vec3, velocity: R::Vec3, number: usize) -> R::Vec3 {
     let missing = own.normal.dot(velocity - surface) / own.slope;
     if number == 0 { velocity } else { surface + own.axis * missing }

@@ -25,7 +25,7 @@ use glam::DVec3;
 /// more: one alone is solved by its block.
 #[derive(Clone, Debug, Default)]
 struct Whole {
-    /// Which of the shares.
+    /// Its range of the shares.
     shares: Range<usize>,
     /// Whether nothing of it is pinned.
     is_free: bool,
