@@ -21,7 +21,7 @@ fn sets() -> impl Iterator<Item = Instructions> {
     Instructions::ALL.into_iter().filter(|&set| set <= Instructions::best())
 }
 
-/// How often a property is tried: seldom where it is slow, in an emulator or in Miri.
+/// Number of cases of a property: few where it is slow, in an emulator or in Miri.
 const CASES: u32 = match (cfg!(debug_assertions), cfg!(target_arch = "x86_64"), cfg!(miri)) {
     (_, _, true) => 2,
     (false, _, _) => 128,
@@ -166,7 +166,7 @@ fn check_steps<R: Real>(scene: &Scene, queue: &[Interaction]) {
     }
 }
 
-/// What has no oracle here has the same bits by all instructions.
+/// Runs that have no oracle here have the same bits by all instructions.
 fn check_instructions<R: Real>(
     scene: &Scene,
     integrators: impl IntoIterator<Item = Integrator>,

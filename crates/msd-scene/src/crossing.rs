@@ -29,7 +29,7 @@ pub fn each_crossing(triangles: Vec<Triangle>, mut see: impl FnMut([[usize; 3]; 
 fn for_each_beside(triangles: Vec<Triangle>, mut look: impl FnMut(&Triangle, &Triangle)) {
     let widths = triangles.iter().map(|triangle| (triangle.high - triangle.low).max_element());
     let width = widths.fold(f64::MIN_POSITIVE, f64::max);
-    // What is further out is in the last cell.
+    // Everything further out is in the last cell.
     let far = DVec3::splat(1e9);
     let place = |low: DVec3| (low / width).floor().clamp(-far, far).as_ivec3();
     let cell = |triangle: Triangle| (place(triangle.low), triangle);

@@ -29,15 +29,15 @@ pub struct Loaded {
     pub precision: Precision,
     /// From where its author wants it looked at. Not of a saved run.
     pub camera: Viewpoint,
-    /// What was done to the input, one line each: welded vertices and the like. Not saved.
+    /// Notes on the input, one line each: welded vertices and the like. Not saved.
     #[serde(skip)]
     pub notes: Vec<String>,
     /// The files that [`open()`](crate::open()) read it from, which nothing should be written over:
     /// a scene file and its meshes, or a saved run. Not saved.
     #[serde(skip)]
     pub files: Vec<PathBuf>,
-    /// What each body is made of; none of one that is given by masses and springs, and nothing of a
-    /// saved run. Not saved.
+    /// The material of each body; none of a body that is given by masses and springs, and empty for
+    /// a saved run. Not saved.
     #[serde(skip)]
     pub made: Vec<Option<Made>>,
     /// The springs of each body, and of each row of links after them, with what their rest lengths
@@ -86,7 +86,7 @@ impl Loaded {
         self
     }
 
-    /// How it is stepped.
+    /// Its solver.
     pub fn solver(&self) -> Solver {
         let Loaded { settings, precision, automatic, .. } = *self;
         Solver { settings, precision, automatic }
@@ -108,8 +108,8 @@ impl Loaded {
         self.wind.map_or(self.scene.world.force, |(_, calm)| calm) + wind.force(time)
     }
 
-    /// Whether this is a run that was saved, called by a name that other files may be called by and
-    /// a title that is a line: to be asked of what comes from elsewhere.
+    /// Returns whether this is a saved run with a usable file name and a title of one line: to be
+    /// asked of runs that come from elsewhere.
     pub fn is_saved(&self) -> bool {
         let Loaded { name, title, progress, .. } = self;
         let is_line = |text: &str| !text.chars().any(char::is_control);

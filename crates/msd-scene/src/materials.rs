@@ -12,7 +12,7 @@ pub struct Named {
     pub numbers: Numbers,
     /// Who measured or set them, and where they are published.
     pub source: &'static str,
-    /// What was measured, over which range, and what was added.
+    /// The measured quantity, its range, and any additions.
     pub remarks: &'static str,
 }
 
@@ -59,7 +59,7 @@ const fn gelatine(name: &'static str, shear: f64, relaxation_time: f64) -> Named
     }
 }
 
-/// What a body is made of, as an engineer would say it.
+/// The material of a body, as an engineer would say it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Made {
     /// The name of its material, if it has one.

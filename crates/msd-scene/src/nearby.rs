@@ -54,7 +54,7 @@ impl<'a> Nearby<'a> {
             let is_all = found.len() == all;
             found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             found.truncate(count);
-            // Whoever is no farther away than the radius is in one of the cubes looked at.
+            // Every point within the radius is in one of the cubes looked at.
             let within = |&(square, _): &(f64, usize)| square <= radius * radius;
             if is_all || (found.len() == count && found.last().is_none_or(within)) {
                 return;

@@ -57,7 +57,7 @@ pub fn open_set(name: impl AsRef<Path>, assignments: &[Assignment]) -> Result<Lo
 /// other, so a scene can only name meshes that the crate carries.
 ///
 /// # Errors
-/// An ending that tells no format; everything that [`load`] refuses.
+/// An ending of no known format; everything that [`load`] refuses.
 pub fn open_bytes(name: &str, bytes: &[u8]) -> Result<Loaded, FileError> {
     open_bytes_with(name, bytes, &BTreeMap::new())
 }
@@ -66,7 +66,7 @@ pub fn open_bytes(name: &str, bytes: &[u8]) -> Result<Loaded, FileError> {
 /// bytes of their files by the names that it has for them.
 ///
 /// # Errors
-/// An ending that tells no format; everything that [`load`] refuses.
+/// An ending of no known format; everything that [`load`] refuses.
 pub fn open_bytes_with(
     name: &str,
     bytes: &[u8],
@@ -138,7 +138,7 @@ pub fn write(file: &SceneFile, format: SceneFormat) -> Result<String, FileError>
 
 /// A scene that has been read and whose values may still be replaced before it is understood.
 pub struct Draft {
-    /// What the user calls the scene, with the folder it was found in.
+    /// The user's name of the scene, with the folder it was found in.
     pub name: String,
     text: Cow<'static, str>,
     format: SceneFormat,
@@ -404,9 +404,9 @@ fn finish(source: &Source<'_>, understood: Understood) -> Loaded {
 
 /// The scene that a bare mesh drops into.
 const MESH_SCENE: &str = include_str!("../scenes/mesh.toml");
-/// What it calls the mesh.
+/// Its name of the mesh.
 const MESH_FILE: &str = "the mesh that was named";
-/// How far above the ground a bare mesh starts, metres.
+/// Height above the ground at which a bare mesh starts, metres.
 const DROP: f64 = 0.3;
 /// The most substeps that a bare mesh is given: beyond it another stiffness is the better answer.
 const MAX_SUBSTEPS: f64 = 1000.0;

@@ -10,7 +10,7 @@ const SMALL: f64 = 1e-3;
 /// has come to rest without gravity has no other energy.
 const STRETCH: f64 = 1e-3;
 
-/// What rounding does to the coordinates of a scene.
+/// The effect of rounding the coordinates of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rounding {
     /// The largest coordinate at the start, and of key frames of pins, metres.
@@ -25,7 +25,7 @@ pub struct Rounding {
 }
 
 impl Rounding {
-    /// What is lost of a scene in a precision: with δ = ε |x|, Σ k δ² / 2.
+    /// The loss of a scene in a precision: with δ = ε |x|, Σ k δ² / 2.
     pub fn of(scene: &Scene, precision: Precision) -> Self {
         let epsilon = match precision {
             Precision::F32 => f32::EPSILON.to_f64(),

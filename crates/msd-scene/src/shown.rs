@@ -21,7 +21,7 @@ pub fn tame(text: &str) -> String {
     tame
 }
 
-/// A path as a message shows it: a name may hold control characters, and bytes that are no text.
+/// A path as a message shows it: a name may hold control characters, and bytes that are not text.
 pub fn shown_path(path: &Path) -> String {
     tame(&path.display().to_string())
 }

@@ -9,7 +9,7 @@ pub struct Viewpoint {
     pub yaw_deg: Option<f64>,
     /// Elevation above the horizon, degrees; from −89 to 89.
     pub pitch_deg: Option<f64>,
-    /// What is in the middle of the picture, metres.
+    /// Point in the middle of the picture, metres.
     pub target: Option<[f64; 3]>,
     /// Distance from there, metres; positive.
     pub distance: Option<f64>,

@@ -10,7 +10,7 @@ use std::sync::Mutex;
 #[global_allocator]
 static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
 
-/// What is measured is of the whole program.
+/// The measurement is of the whole program.
 static ALONE: Mutex<()> = Mutex::new(());
 
 /// Rows promised: positions alone would take a gigabyte.

@@ -130,8 +130,8 @@ fn a_body_that_lies_on_the_floor_dissipates_nothing() {
             let before = simulation.energy();
             (0..600).for_each(|_| simulation.step().unwrap());
             let after = simulation.energy();
-            // Each substep its lowest layer falls and is moved back. Counting what the floor and
-            // the dampers do in that would book some 3 J per second for nothing. What is left is
+            // Each substep its lowest layer falls and is moved back. Counting the work of the floor
+            // and the dampers in that would book some 3 J per second for nothing. The residual is
             // the change of the force within a substep, (h w)² of that: 0.03 with w² = 7 k / m.
             let taken = (after.dissipated - before.dissipated).abs();
             assert!(taken < 0.03 * 30.0, "{integrator}, {friction:?}: {taken} J in 10 s");
@@ -432,7 +432,7 @@ fn a_spring_that_presses_onto_a_floor_keeps_no_energy_of_below_it() {
     let settings = Settings { integrator, substeps: 2, ..Settings::default() };
     // The energy that the method keeps is less than the real one by this part of the elastic.
     let kept = settings.substep().powi(2) * 100.0 / 0.3 * 0.25;
-    // A damper too small to tell: the method predicts velocities for it.
+    // A damper too small to notice: the method predicts velocities for it.
     for damping in [0.0, 1e-9] {
         for start in 0..20 {
             let start = 0.3 + 0.01 * f64::from(start);

@@ -115,7 +115,7 @@ fn an_oscillator_follows_its_closed_form() {
         let error = ((b - a).length() - 1.0 - stretch).abs();
         // The stretch is a tenth of the size, and damps what went wrong before.
         assert!(error <= 3.0 * tolerance, "{tolerance}: {error}");
-        // What the damper took is an integral by the same weights.
+        // The energy that the damper took is an integral by the same weights.
         let energy = done.energy();
         let lost = 0.5 * 100.0 * 0.1 * 0.1 - (energy.kinetic + energy.elastic);
         // The damper takes 2 v² watts for a second, v from 1 m/s, off by tolerance / h, h < 0.1 s.
@@ -292,7 +292,7 @@ fn a_body_comes_to_rest_on_a_plane_and_does_not_creep() {
         for _ in 0..10 {
             block.step().unwrap();
         }
-        // What is left is an oscillation that the dampers take.
+        // The residual is an oscillation that the dampers take.
         assert!(distance(&block.state(), &before) < 1e-8);
         // Dampers limit the substep to some 10 ms; nothing is located any more.
         let now = block.work().unwrap();

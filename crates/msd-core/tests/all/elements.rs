@@ -226,7 +226,8 @@ impl<R: Real> Element<R> for Well {
     }
 }
 
-/// Kinetic energy that comes out of an element is no gain, but for explicit Euler's own.
+/// Kinetic energy that comes out of an element does not count as a gain, but for explicit Euler's
+/// own.
 #[test]
 fn what_a_conservative_element_gives_back_is_no_gain_of_the_integrator() {
     let mut scene = two_masses([1.0, 1.0], 50.0, 0.0, 0.1);
@@ -281,7 +282,7 @@ fn obstacles_pass_their_check() {
 }
 
 /// A particle slides off a smooth sphere where cos = 2/3, under every method that is accurate
-/// enough to tell; no method lets it in.
+/// enough to show it; no method lets it in.
 #[test]
 fn a_particle_leaves_a_sphere_at_two_thirds_of_its_height() {
     #[derive(Debug)]

@@ -1,4 +1,4 @@
-//! Half spaces: their normals, moved by an interaction, and refused. What they do: `contact/`.
+//! Half spaces: their normals, moved by an interaction, and refused. `contact/` tests their effect.
 
 use crate::common::Random;
 use msd_core::glam::DVec3;

@@ -55,7 +55,7 @@ impl Patch {
         sides.values().filter_map(pair).collect()
     }
 
-    /// Its hinges, where it is at rest as it is rolled up to a cylinder.
+    /// Its hinges, where it is at rest rolled up to a cylinder.
     fn hinges(&self, roll: Roll) -> Vec<Bend> {
         let at = |[a, b, c, d]: [usize; 4]| [a, b, c, d].map(|end| roll.of(self.points[end]));
         let hinge = |pair| Bend::hinge(pair, at(pair), BENDING).expect("triangles");
@@ -85,7 +85,7 @@ impl Patch {
     }
 }
 
-/// What rolls a flat sheet up to a cylinder of a curvature along a direction in it.
+/// The map that rolls a flat sheet up to a cylinder of a curvature along a direction in it.
 #[derive(Clone, Copy)]
 struct Roll {
     curvature: f64,

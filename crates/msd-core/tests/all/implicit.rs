@@ -338,7 +338,7 @@ fn friction_holds_a_block_on_a_slope_below_its_angle_and_not_above() {
             (0..60).for_each(|_| simulation.step().unwrap());
             let slid = centre(&simulation).x - start;
             if holds {
-                // What is left of its sway: 0.1 mm of some 2 mm of shear.
+                // The rest of its sway: 0.1 mm of some 2 mm of shear.
                 assert!(slid.abs() < 1e-4, "{integrator}: {slid}");
             } else {
                 // g (sin − μ cos) t² / 2 from rest: 3 / 2 of it in the second second. The first

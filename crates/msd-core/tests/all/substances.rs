@@ -272,7 +272,7 @@ fn a_pulled_bar_relaxes_with_the_time_constant_of_its_substance() {
     }
 }
 
-/// What is left of the strain of a bar after its relaxation time.
+/// The part of the strain of a bar that is left after its relaxation time.
 fn left_of_a_pull(poisson: f64) -> f64 {
     let tau = 0.5;
     let elasticity = Elasticity::Solid { young: YOUNG, poisson };

@@ -450,7 +450,8 @@ fn of_a_hundred_thrown_blocks_each_that_lacks_or_gains_energy_for_a_while_is_tol
             let is_wrong = 0.1 * most < lasting(sign);
             off[side] += usize::from(is_wrong);
             assert!(told[side] || !is_wrong, "{integrator}, {seed}: {} of {most}", lasting(sign));
-            // Nor is one told that is right to a twentieth: what a mode takes comes and goes.
+            // Nor is a run reported that is right to a twentieth: the energy that a mode takes
+            // comes and goes.
             assert!(!told[side] || 0.05 * most < lasting(sign), "{integrator}, {seed}: {told:?}");
         }
     }

@@ -47,7 +47,7 @@ pub fn slide<R: Real>(integrator: Integrator) -> Measures {
 }
 
 /// Held by friction: after ten seconds no coordinate moves by more than its rounding to either
-/// side. What the block settled by, a centimetre, decays by a factor e in 0.4 s: 1e-12 m are left.
+/// side. The block settles by a centimetre, which decays by a factor e in 0.4 s: 1e-12 m are left.
 /// The lowest particle lies on the plane.
 pub fn lie<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();

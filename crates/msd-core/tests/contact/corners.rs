@@ -17,7 +17,7 @@ struct Pit {
     foot: DVec3,
     /// The largest length that gaps are computed from, metres.
     reach: f64,
-    /// What a rounding of the gaps is worth where walls of α meet: 1 / cos α in height, 1 / sin α
+    /// The factor of a rounding of the gaps where walls of α meet: 1 / cos α in height, 1 / sin α
     /// aside.
     steep: f64,
     friction: f64,
@@ -137,7 +137,7 @@ fn hold<R: Real>(pits: Vec<Pit>, integrator: Integrator) -> Measures {
         // The weight, 1 kg, at the speed of what counts as still.
         let booked = G * seconds * still::<R>(steep * reach);
         measures.see("dissipated, J", (simulation.dissipated().abs(), booked), &name);
-        // What explicit Euler falls and is put back is booked with either sign.
+        // The falls of explicit Euler, which the walls put back, are booked with either sign.
         if integrator != Integrator::ExplicitEuler {
             measures.see("added, J", (simulation.contacts().added, booked), &name);
         }

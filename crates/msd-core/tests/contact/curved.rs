@@ -353,8 +353,8 @@ pub fn ropes_are_drawn<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// What a ball meets at 10 m/s is taken along in front of it: nothing of a cloth is left inside the
-/// ball or behind it.
+/// A ball at 10 m/s takes along the cloth that it meets: no particle of it is left inside the ball
+/// or behind it.
 pub fn cloths_are_taken_along<R: Real>(integrator: Integrator) -> Measures {
     let (mut measures, name) = (Measures::default(), "ball at 10 m/s");
     let material = Material { mass: 1e-3, stiffness: 200.0, damping: 0.02 };

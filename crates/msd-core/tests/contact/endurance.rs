@@ -258,7 +258,7 @@ pub fn standing(
     scene
 }
 
-/// How far a body moves once it has settled, beside 1e-5 of its size.
+/// The motion of a body once it has settled, beside 1e-5 of its size.
 fn drift<R: Real>(mut simulation: Simulation<R>, (settle, seconds): (f64, f64)) -> (f64, f64) {
     wait(&mut simulation, settle);
     let before = simulation.state();

@@ -27,8 +27,8 @@ pub fn scene((position, velocity): (DVec3, DVec3), solid: Solid) -> Scene {
     Scene { particles, solids: vec![solid], ..Scene::default() }
 }
 
-/// What rounding makes of a length or a speed of so much in so many substeps: 1e-12 in f64, and in
-/// f32 a rounding of it in each.
+/// The rounding of a length or a speed of so much in so many substeps: 1e-12 in f64, and in f32 a
+/// rounding of it in each.
 fn rounding<R: Real>(size: f64, substeps: u32) -> f64 {
     if is_double::<R>() { 1e-12 } else { f64::from(substeps) * R::EPSILON.to_f64() * size }
 }
@@ -42,7 +42,7 @@ pub fn plate(thickness: f64) -> Solid {
     Solid::new(Shape::Box { size })
 }
 
-/// What lies on one that rises is carried at its speed, and the ledger has its work: m g v t.
+/// A solid that rises carries a particle on it at its speed, and the ledger has its work: m g v t.
 pub fn rises<R: Real>(integrator: Integrator) -> Measures {
     let (mut measures, speed, name) = (Measures::default(), 0.7, "half space");
     let floor = Solid { velocity: DVec3::Y * speed, ..Solid::new(Shape::HalfSpace) };
@@ -69,8 +69,8 @@ pub fn rises<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// One that comes at 2 m/s returns what stands still at twice its speed. Its work, 8 m, is booked;
-/// not by Dormand-Prince.
+/// A solid that comes at 2 m/s returns a particle at rest at twice its speed. Its work, 8 m, is
+/// booked; not by Dormand-Prince.
 pub fn comes<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     let half_space = Solid {
@@ -173,7 +173,7 @@ pub fn platform<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// What lies on a plate that is lifted and turned comes along.
+/// A particle on a plate that is lifted and turned comes along.
 pub fn lifts_and_turns<R: Real>(integrator: Integrator) -> Measures {
     let (mut measures, name) = (Measures::default(), "cylinder");
     let shape = Shape::Cylinder { radius: 1.0, length: 0.2 };
@@ -238,8 +238,8 @@ pub fn turntable_flings<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// One that goes through key frames gives a particle at rest twice the speed that it has when it
-/// meets it.
+/// A solid that goes through key frames gives a particle at rest twice the speed that it has when
+/// they meet.
 pub fn keyed_wall<R: Real>(integrator: Integrator) -> Measures {
     let (mut measures, name) = (Measures::default(), "box");
     let mut wall = Solid::new(Shape::Box { size: DVec3::new(1.0, 4.0, 4.0) });

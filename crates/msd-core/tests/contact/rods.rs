@@ -80,7 +80,7 @@ pub fn impulses_are_shared<R: Real>(integrator: Integrator) -> Measures {
     for end in 0..2 {
         let expected = -3.0 + impulse * weights[end] / masses[end];
         let off = (simulation.velocity(end).to_f64().y - expected).abs();
-        // What the point sinks into a round rod turns the push a little.
+        // The penetration of the point into a round rod turns the push a little.
         measures.see("off its speed, m/s", (off, 2e-3 * 3.0), name);
     }
     let lost = 0.5 * (1.0 - restitution * restitution) * 9.0 / reciprocal;

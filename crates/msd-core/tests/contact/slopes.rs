@@ -31,8 +31,8 @@ impl Slope {
         scene
     }
 
-    /// What rounds, metres: the place, and the margin within which implicit methods put what lies
-    /// on a solid, 64 roundings of its size, where a plane has 16.
+    /// Size that is rounded, metres: the place, and the margin within which implicit methods put a
+    /// particle on a solid, 64 roundings of its size, where a plane has 16.
     fn reach(&self) -> f64 {
         self.foot.length() + 4.0 * self.kind.reach()
     }
@@ -60,8 +60,8 @@ fn slopes() -> Vec<Slope> {
     slopes
 }
 
-/// What rounding adds to a way of a second, metres: a rounding of place and speed in each substep,
-/// where the speed and its rounding are at most those of a slide without friction.
+/// Length that rounding adds to a way of a second, metres: a rounding of place and speed in each
+/// substep. The speed and its rounding are at most those of a slide without friction.
 fn rounded<R: Real>(seconds: f64, reach: f64) -> f64 {
     seconds / H * R::EPSILON.to_f64() * (G * seconds * seconds + reach)
 }

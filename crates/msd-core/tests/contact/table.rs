@@ -118,7 +118,7 @@ const KNOWN: &[(&str, Integrator, &str, &str)] = &[
     ("a particle dropped between round solids", ExplicitEuler, "f64", "from the foot, m"),
 ];
 
-/// What a few seconds show.
+/// Scenarios that a few seconds show.
 pub const TABLE: &[Scenario] = &[
     scenario!(corners::grooves_hold, "a particle at rest in a groove", wrong: FALLS),
     scenario!(corners::grooves_stop, "a particle dropped into a groove", wrong: NEVER_RESTS),
@@ -218,7 +218,7 @@ pub const TABLE: &[Scenario] = &[
     ),
 ];
 
-/// What takes minutes to show, in simulated time.
+/// Scenarios that take minutes to show, in simulated time.
 pub const ENDURANCE: &[Scenario] = &[
     scenario!(endurance::a_particle_sticks, "a particle sticks on slopes"),
     scenario!(endurance::a_particle_slides, "a particle slides down slopes"),
@@ -235,7 +235,7 @@ pub const ENDURANCE: &[Scenario] = &[
     scenario!(endurance::a_force_presses, "a force holds a particle to a wall"),
 ];
 
-/// What each of these may be off, in the words of docs/measured/trade.md.
+/// The tolerance of each of these, in the words of docs/measured/trade.md.
 const ALLOWED: [&str; 9] = [
     "8 roundings of its place in 20 s",
     "a h t, or rounding from order 2 on",
@@ -248,7 +248,7 @@ const ALLOWED: [&str; 9] = [
     "8 roundings in 20 s",
 ];
 
-/// What a run measured beside what is allowed, the worst of each quantity.
+/// Measurements of a run beside their bounds, the worst of each quantity.
 #[derive(Default)]
 pub struct Measures(Vec<Measure>);
 
@@ -258,7 +258,7 @@ struct Measure {
     bound: f64,
     /// The case in which it was the worst.
     case: String,
-    /// How many cases exceed the bound, of how many.
+    /// Number of cases that exceed the bound, and of all.
     over: [usize; 2],
 }
 

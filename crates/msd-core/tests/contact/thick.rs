@@ -145,7 +145,7 @@ pub fn fall_far_away<R: Real>(integrator: Integrator) -> Measures {
             for (scene, kind) in [(plane, "plane"), (above, "half space")] {
                 let name = format!("{kind}, {height} m above {away}");
                 let simulation = after::<R>(&scene, (integrator, 8), 60, (&mut measures, &name));
-                // What a substep adds to the speed is rounded, and how far that goes.
+                // Each substep rounds the change of the speed, and the way at that speed.
                 let falls = if integrator == Integrator::ExplicitEuler { 1.0 } else { 0.0 };
                 let bound = 9.82 * H * H * (falls + 16.0 * R::EPSILON.to_f64());
                 measures.see("off its height, m", (place(&simulation).y.abs(), bound), &name);

@@ -91,7 +91,7 @@ pub fn rough_turntables<R: Real>(integrator: Integrator) -> Measures {
         let place = rotation(DVec3::Y, RATE * SECONDS) * PLACE;
         let off = simulation.position(0).to_f64().distance(place);
         measures.see("off its place, m", (off, out), &name);
-        // What friction does in a substep is right to first order: m v² ω h of work in each radian.
+        // The friction of a substep is right to first order: m v² ω h of work in each radian.
         let work = speed * speed * RATE * H * RATE * SECONDS;
         let gain = simulation.energy().total() - before;
         measures.see("gain, J", (gain, work), &name);
@@ -109,7 +109,7 @@ fn block(spin: f64) -> Scene {
     Scene::of("block", block)
 }
 
-/// How much heights of particles vary from 1.5 s to 3 s, and the energy then.
+/// The largest range of the height of a particle from 1.5 s to 3 s, and the run at 3 s.
 fn watch<R: Real>(
     scene: &Scene,
     integrator: Integrator,

@@ -109,7 +109,8 @@ fn holds_without_a_gain<R: Real>(
 ) {
     let mut simulation = start::<R>(scene, integrator, substeps);
     let before = simulation.energy().total();
-    // What falls by 1 cm; springs that are linearised once per substep are no better than that.
+    // The energy of a fall by 1 cm; springs that are linearised once per substep are not better
+    // than that.
     let tolerance = 5e-3 * 0.216 * G * 0.01;
     for _ in 0..90 {
         simulation.step().expect("a step");

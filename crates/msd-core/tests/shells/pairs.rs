@@ -12,8 +12,8 @@ fn weightless() -> World {
     World { gravity: DVec3::ZERO, ..World::default() }
 }
 
-/// What a method leaves of a velocity that its rows take away, as a part of it: iterative solves
-/// stop at a hundredth.
+/// The residual of a velocity that the rows of a method take away, as a part of it: iterative
+/// solves stop at a hundredth.
 fn left_by(integrator: Integrator) -> f64 {
     if integrator.is_implicit() { 1e-2 } else { 1e-12 }
 }

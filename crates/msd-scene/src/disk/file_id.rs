@@ -96,7 +96,7 @@ pub(crate) fn follow(path: &Path) -> PathBuf {
     path
 }
 
-/// Whether an open file is what stands at a path, and not one that was taken away from there.
+/// Returns whether an open file is the one at a path, and not one that was moved away from there.
 pub(crate) fn is_at(file: &std::fs::File, path: &Path) -> io::Result<bool> {
     let (open, there) = (file.metadata()?, std::fs::symlink_metadata(path)?);
     Ok(there.is_file() && FileId::there(&open, path) == FileId::there(&there, path))

@@ -13,8 +13,8 @@ const WRITERS: usize = 16;
 
 /// A file that comes into being when [`Output::finish`] is called; dropped before, nothing is left.
 ///
-/// A symbolic link stays one: what it names is written. What was there before gives the new file
-/// its mode and owner. A device or pipe is written to at once.
+/// A symbolic link stays one: its target is written. The previous file gives the new one its mode
+/// and owner. A device or pipe is written to at once.
 #[derive(Debug)]
 pub struct Output {
     writer: BufWriter<File>,
@@ -22,7 +22,7 @@ pub struct Output {
     name: String,
 }
 
-/// How what is written comes to its place.
+/// The way of the bytes to their place.
 #[derive(Debug)]
 enum Way {
     /// By a file beside the place, moved there at the end.
@@ -109,7 +109,7 @@ impl Output {
         self.finish()
     }
 
-    /// Puts the file in its place as it is now, to go on writing there.
+    /// Puts the unfinished file in its place, to go on writing there.
     ///
     /// # Errors
     /// [`FileError::Unwritable`]; nothing is left then.
@@ -163,7 +163,7 @@ fn ends_in_separator(path: &Path) -> bool {
     last.is_some_and(|&byte| std::path::is_separator(byte.into()))
 }
 
-/// Whether what is there takes bytes one after the other and keeps no old ones.
+/// Returns whether a place takes bytes one after the other and keeps no old ones, as a pipe does.
 fn is_stream(about: &Metadata) -> bool {
     #[cfg(unix)]
     {

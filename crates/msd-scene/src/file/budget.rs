@@ -6,7 +6,7 @@ use msd_core::lattice::FAMILIES;
 use msd_core::{Neighbours, Scene};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What the bodies so far ask for.
+/// The demand of the bodies so far.
 #[derive(Default)]
 pub(crate) struct Budget {
     particles: u128,
@@ -70,7 +70,8 @@ impl Budget {
         self.volumes = self.volumes.saturating_add(volumes);
     }
 
-    /// Counts what is no body of a scene file; `asks` is where it is asked for, and by which key.
+    /// Counts rows that are not bodies of a scene file; `asks` is the place that asks for them, and
+    /// the key.
     pub(crate) fn take_for(
         &mut self,
         asks: impl FnOnce() -> (Place, String),

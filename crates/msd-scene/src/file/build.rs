@@ -128,7 +128,7 @@ pub(crate) fn understand_rows(
     })
 }
 
-/// What the rows that choose particles leave behind.
+/// The results of the rows that choose particles.
 struct Joined {
     /// See [`crate::Loaded::rest_scales`].
     rest_scales: Vec<(Range<usize>, f64)>,
@@ -206,7 +206,7 @@ fn fitting(scene: &Scene, notes: &mut Vec<String>) -> Precision {
     Precision::F64
 }
 
-/// Whether substeps are automatic, or how many there are.
+/// The number of substeps, or automatic.
 fn substeps(source: &Source<'_>, solver: &SolverRow) -> Result<OrAuto<u64>, FileError> {
     let step = source.walk("solver.step").last().flatten().map(|node| &node.value);
     match (step, solver.substeps) {

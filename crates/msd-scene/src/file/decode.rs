@@ -51,10 +51,10 @@ pub(crate) fn names_of<T: DeserializeOwned>() -> &'static [&'static str] {
     }
 }
 
-/// What stands for a value that was refused.
+/// The placeholder of a value that was refused.
 const ANY: Node = Node { value: Value::Any, offset: None };
 
-/// What is wrong, and the path to it, innermost step first.
+/// A fault, and the path to it, innermost step first.
 #[derive(Debug)]
 pub struct Failure {
     reason: Reason,
@@ -116,7 +116,7 @@ impl Failure {
     }
 }
 
-/// What the list of all keys of a table begins with.
+/// The beginning of the list of all keys of a table.
 pub(crate) const ALL_KEYS: &str = "the keys are";
 
 /// The nearest of some names, or all of them.

@@ -62,7 +62,7 @@ fn surface(
     Ok((source.number(format_args!("{key}.restitution"), restitution)?, friction))
 }
 
-/// What solids are built from.
+/// The inputs from which solids are built.
 pub(crate) struct Solids<'b> {
     pub(crate) source: &'b Source<'b>,
     pub(crate) read_mesh: &'b MeshReader<'b>,

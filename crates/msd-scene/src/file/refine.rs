@@ -32,7 +32,7 @@ pub(crate) struct Refined {
     pub(crate) common: Vec<[usize; 2]>,
 }
 
-/// What the particles of a body are found by in a finer one.
+/// The structure by which the particles of a body are found in a finer one.
 enum Nesting {
     /// A lattice of so many rows, columns and stacks.
     Lattice([u64; 3]),
@@ -50,17 +50,17 @@ impl Nesting {
     }
 }
 
-/// How often a spacing may be halved: further on no body fits a memory.
+/// The most halvings of a spacing: further on no body fits a memory.
 const MOST_HALVINGS: u32 = 8;
 /// The most triangles that a surface is cut into.
 const MOST_TRIANGLES: u128 = 1 << 22;
 
-/// Halves the spacing of every body of a source so many times; `coarse` is the scene as it is.
+/// Halves the spacing of every body of a source so many times; `coarse` is the unrefined scene.
 ///
 /// # Errors
-/// A body of particles and springs one by one; a pin, a mass or a link inside a mesh; a
-/// material of a set that is no space; drag or a force on each particle of bodies of different
-/// dimensions; more than fits.
+/// A body of particles and springs one by one; a pin, a mass or a link inside a mesh; a material of
+/// a set that is not a space; drag or a force on each particle of bodies of different dimensions;
+/// more than fits.
 pub(crate) fn refine(
     source: &Source<'_>,
     coarse: &Scene,

@@ -10,7 +10,7 @@ use msd_core::glam::DVec3;
 use msd_core::substance::{MOST_POISSON, SHEET_POISSON, SOLID_POISSON, round_section};
 use msd_core::{Bending, Body, Elasticity, Part, Scene, Settings, Simulation, Substance};
 
-/// How near that of springs a Poisson's ratio given for a sheet must be: 0.33 is meant for 1/3.
+/// The tolerance of a Poisson's ratio given for a sheet, about that of springs: 0.33 means 1/3.
 const POISSON_WITHIN: f64 = 0.005;
 
 /// The most particles of a body whose slowest motion is sought: it takes seconds.
@@ -101,7 +101,7 @@ pub(crate) fn known(source: &Source<'_>, key: &str, name: &str) -> Result<Number
         return Ok(material.numbers);
     }
     let names = || MATERIALS.iter().map(|material| material.name);
-    // The middle one of a family: "gelatine" is no misspelling.
+    // The middle one of a family: "gelatine" is not a misspelling.
     let written = name.to_lowercase();
     let family: Vec<&str> = names().filter(|known| known.starts_with(&written)).collect();
     let of_family = family.get(family.len() / 2).copied().filter(|_| !written.is_empty());
@@ -223,7 +223,7 @@ impl Keys<'_> {
         Ok((Elasticity::Sheet { warp, weft, shear, bending }, density))
     }
 
-    /// How a sheet resists bending, if that is given.
+    /// The bending resistance of a sheet, if that is given.
     fn bending(&self) -> Result<Option<Bending>, FileError> {
         let (source, row) = (self.source, self.row);
         let woven = ["bending_warp", "bending_weft", "bending_bias"];
@@ -296,7 +296,7 @@ impl Keys<'_> {
         }
     }
 
-    /// What a key is given as in the row, or by the material.
+    /// The value of a key in the row, or by the material.
     fn value(&self, key: &str) -> Option<f64> {
         self.of_row(key).or_else(|| self.of_material(key))
     }
@@ -382,7 +382,7 @@ pub(super) fn damp(
     Ok(())
 }
 
-/// What a body is made of, as an engineer would say it.
+/// The material of a body, as an engineer would say it.
 pub(super) fn made(body: &BodyRow, substance: &Substance, part: &Part) -> Made {
     let (young, poisson, section) = match substance.elasticity {
         Elasticity::Solid { young, poisson } => (Some(young), Some(poisson), 1.0),
@@ -409,7 +409,7 @@ pub(super) fn made(body: &BodyRow, substance: &Substance, part: &Part) -> Made {
     }
 }
 
-/// What a body does not have of the material that it names; nothing of a rope.
+/// The properties that a body lacks of the material that it names; none of a rope.
 pub(super) fn caveat(body: &BodyRow, substance: &Substance) -> Option<String> {
     let name = body.material.as_deref().filter(|_| body.poisson.is_none())?;
     let Numbers::Uniform { poisson, .. } = named(name)?.numbers else { return None };

@@ -44,8 +44,8 @@ pub(crate) fn touch(
     Ok(())
 }
 
-/// How the bodies of a scene meet where some keys inside `bodies[N].touch` are set; other keys are
-/// passed over.
+/// The collision settings of the bodies of a scene where some keys inside `bodies[N].touch` are
+/// set; other keys are ignored.
 ///
 /// # Errors
 /// A number out of its domain, an unknown name, a body without a thickness.
@@ -68,8 +68,8 @@ pub fn shells_of<'e>(
     shells(&source, (&rows, &exempt), scene, &mut Vec::new())
 }
 
-/// How the bodies of a scene meet, as rows of a scene file, where some keys are set as in
-/// [`shells_of`]. How two bodies meet stands with the later one.
+/// The collision settings of the bodies of a scene, as rows of a scene file, where some keys are
+/// set as in [`shells_of`]. Settings of two bodies stand with the later one.
 ///
 /// # Errors
 /// A key or a value that a scene cannot have.
@@ -96,7 +96,7 @@ fn own<'s>(shells: &'s [Shell], scene: &Scene, body: usize) -> Option<(usize, &'
     shells.iter().enumerate().find(|(_, shell)| shell.is_of(&scene.bodies[body]))
 }
 
-/// How a body of a scene meets others, as a row of a scene file.
+/// The collision settings of a body of a scene, as a row of a scene file.
 fn written(scene: &Scene, row: usize) -> Option<TouchRow> {
     let (_, shell) = own(&scene.shells, scene, row)?;
     let key = |shell: usize| {
@@ -315,8 +315,8 @@ fn shell(scene: &Scene, row: usize, thickness: f64) -> Shell {
     shell
 }
 
-/// How a body of a scene meets others by default; `None` where there is no such body, or no springs
-/// from which its thickness follows.
+/// The default collision settings of a body of a scene; `None` where there is no such body, or no
+/// springs from which its thickness follows.
 pub fn default_shell(scene: &Scene, body: usize) -> Option<Shell> {
     scene.bodies.get(body)?;
     let spacing = spacing(scene, body)?;

@@ -16,7 +16,7 @@ const BEGINNINGS: [(&[u8], &str); 12] = [
     (b"<html", "an HTML page, as servers send instead of a file"),
 ];
 
-/// What a file of an ending is instead that could not be read, if its beginning shows it.
+/// The true format of a file that could not be read by its ending, if its beginning shows it.
 pub(crate) fn foreign(bytes: &[u8], ending: &str) -> Option<String> {
     let start = bytes.trim_ascii_start();
     let begins =

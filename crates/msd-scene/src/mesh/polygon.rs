@@ -9,8 +9,8 @@ use robust::{Coord, orient2d};
 /// The most corners of a face that is not convex: the time grows with their square.
 pub(crate) const MOST_CORNERS: usize = 10_000;
 
-/// How near the cut a corner may be, as a share of its length, and still be on it: a triangle so
-/// thin would be dropped, and leave a crack.
+/// The distance from the cut, as a share of its length, within which a corner is on it: a triangle
+/// so thin would be dropped, and leave a crack.
 const NEAR: f64 = 1e-9;
 
 /// A polygon as triangles.
@@ -79,7 +79,7 @@ fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     orient2d(a, b, c)
 }
 
-/// What is left of a polygon while ears are clipped.
+/// The rest of a polygon while ears are clipped.
 struct Outline<'a> {
     points: &'a [DVec2],
     next: Vec<usize>,
@@ -115,7 +115,8 @@ impl<'a> Outline<'a> {
         }
         let mut triangles = Vec::with_capacity(self.left.saturating_sub(2));
         let mut corner = self.start;
-        // How many corners in a row were no ears, and how near the cut others are on it.
+        // The number of corners in a row that were not ears, and the distance within which others
+        // are on the cut.
         let (mut tried, mut near) = (0, NEAR);
         // A corner beside the last ear: of a spiral only its ends have ears.
         let mut beside = None;

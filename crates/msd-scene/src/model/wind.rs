@@ -47,7 +47,7 @@ impl Wind {
         Wind { strength: self.strength * (1.0 + self.gusts), ..self.mean() }
     }
 
-    /// Whether it comes and goes.
+    /// Returns whether it is gusty.
     pub fn is_gusty(&self) -> bool {
         0.0 < self.gusts && 0.0 < self.strength
     }

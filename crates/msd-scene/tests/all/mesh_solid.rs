@@ -39,8 +39,8 @@ fn ball(rings: usize) -> Mesh {
     obj(&text)
 }
 
-/// The surface of a smooth mesh is off by a part of the square of the cell, and the error that is
-/// told is that found by points of the true ball.
+/// The surface of a smooth mesh is off by a part of the square of the cell. The reported error is
+/// that found by points of the true ball.
 #[test]
 fn the_error_on_a_ball_falls_with_the_square_of_the_cell() {
     let mesh = ball(128);

@@ -5,7 +5,7 @@ use msd_core::{Scene, Spring};
 use msd_scene::{Draft, FileError, Finer, Loaded};
 use std::path::Path;
 
-/// A scene as it is, and with its spacing halved so many times.
+/// A scene, and the same with its spacing halved so many times.
 fn refined(text: &str, halvings: u32) -> Result<(Loaded, Finer), FileError> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("scene.toml"), text).unwrap();

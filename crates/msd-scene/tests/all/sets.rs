@@ -258,7 +258,7 @@ fn rows_are_written_as_they_were_read() {
     }
 }
 
-/// Lines after two ropes of three particles, `a` at the origin and `b` 1 m above, and what is told.
+/// Lines after two ropes of three particles, `a` at the origin and `b` 1 m above, and the message.
 const REFUSED: [(&str, &str); 38] = [
     (
         "[[pins]]\nset = 'edgs'",
@@ -434,7 +434,7 @@ fn every_scene_of_the_documentation_runs_and_stays_whole() {
         assert!(!loaded.notes.concat().contains("starts inside"), "{:?}\n{text}", loaded.notes);
         let mut settings = loaded.settings;
         let mut simulation = Simulation::<f64>::new(&loaded.scene, settings).unwrap();
-        // What `auto` would choose, and a margin for what is stretched.
+        // The choice of `auto`, and a margin for stretched springs.
         let stable = simulation.stable_substep();
         settings.substeps = (settings.step / (0.6 * stable)).ceil() as u32;
         simulation.set_settings(settings).unwrap();

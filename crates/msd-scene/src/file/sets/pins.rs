@@ -96,7 +96,7 @@ fn apart(one: &PinRow, other: &PinRow) -> Option<&'static str> {
     }
 }
 
-/// What leads the particles of the pin at `key`; nothing where it is a velocity that never ends.
+/// The lead of the particles of the pin at `key`; none where it is a velocity that never ends.
 fn lead(
     sets: &NamedSets<'_>,
     (key, pin): (&str, &PinRow),

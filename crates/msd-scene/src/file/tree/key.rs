@@ -18,7 +18,7 @@ pub(in crate::file) enum Step {
     Row(usize),
 }
 
-/// How a key is written, for messages.
+/// The form of a key, for messages.
 pub const WRITTEN: &str = "a key of a scene such as \"solver.substeps\" or \"bodies[0].stiffness\"";
 
 impl Key {

@@ -25,7 +25,7 @@ pub struct Node {
     pub offset: Option<usize>,
 }
 
-/// What was written.
+/// A value as written.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// A null of JSON.
@@ -49,7 +49,7 @@ pub enum Value {
 /// A scene file as text and as a tree.
 #[derive(Clone)]
 pub struct Source<'t> {
-    /// What the user calls the file.
+    /// The user's name of the file.
     pub name: &'t str,
     pub(in crate::file) text: &'t str,
     /// The tree.
@@ -212,7 +212,7 @@ pub(super) fn read_toml_value(text: &str) -> Result<Value, String> {
     Ok(without_place(toml_node(value)).value)
 }
 
-/// Forgets where a value was written, which is no place of the file that it is put into.
+/// Forgets where a value was written, which is not a place of the file that it is put into.
 fn without_place(node: Node) -> Node {
     let value = match node.value {
         Value::List(rows) => Value::List(rows.into_iter().map(without_place).collect()),
@@ -272,7 +272,7 @@ fn toml_node(value: toml::Spanned<DeValue<'_>>) -> Node {
 }
 
 fn read_json(text: &str, name: &str) -> Result<Node, FileError> {
-    // Some editors put a mark of the byte order first, which is no part of JSON.
+    // Some editors put a byte order mark first, which is not part of JSON.
     serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|error| {
         let message = error.to_string();
         // serde_json repeats the position at the end of its message.

@@ -54,7 +54,7 @@ impl<'a> Inside<'a> {
         faces.iter().map(|&face| self.crossing(face, point)).sum::<i32>() != 0
     }
 
-    /// How often the ray from a point along +y crosses one triangle: −1, 0 or 1 by its side.
+    /// The crossings of one triangle by the ray from a point along +y: −1, 0 or 1 by its side.
     ///
     /// Every edge is judged alike by both its faces, ties included, so that no ray slips between
     /// two faces or counts a shared edge twice.

@@ -38,7 +38,7 @@ pub(crate) fn separate(raw: &mut Raw) -> (usize, usize) {
         let Some(part) = *part else { continue };
         for vertex in triangle {
             let owner = *owners[*vertex as usize].get_or_insert(part);
-            // What is open, a ribbon on a box, stays welded to what it is on.
+            // An open part, such as a ribbon on a box, stays welded to the part that it is on.
             if owner != part && owner != OPEN {
                 touching.extend([owner, part]);
                 *vertex = *copies.entry((*vertex, part)).or_insert_with(|| {

@@ -69,7 +69,7 @@ impl Winding {
         self.grow(first + count / 2, count - count / 2);
     }
 
-    /// How often the mesh winds around a point; positive inside faces that look outward.
+    /// The winding number of the mesh around a point; positive inside faces that look outward.
     pub(crate) fn number(&self, point: DVec3) -> f64 {
         let mut waiting = vec![0];
         let mut angle = 0.0;

@@ -32,7 +32,7 @@ pub(crate) enum Braces {
 /// A body being tied together: all its points, the surface first.
 pub(crate) struct Frame<'a> {
     pub(crate) points: &'a [DVec3],
-    /// How many of the points are on the surface.
+    /// The number of points on the surface.
     pub(crate) surface: usize,
     /// Outward directions of the surface points, of length one.
     pub(crate) normals: &'a [DVec3],

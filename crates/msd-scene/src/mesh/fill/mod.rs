@@ -33,7 +33,7 @@ const MOST_UNDECIDED: f64 = 0.1;
 /// cut up, as too few springs from the lattice would reach its corners.
 const LONGEST_EDGE: f64 = 1.1;
 
-/// What is inside the surface.
+/// The inside of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Filling {
@@ -47,10 +47,10 @@ pub enum Filling {
     Shell,
 }
 
-/// How a mesh becomes a body.
+/// Options of the body that is built from a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshOptions {
-    /// What is inside. Default [`Filling::Auto`].
+    /// The inside. Default [`Filling::Auto`].
     pub filling: Filling,
     /// Longest side of the bounding box, metres; positive. Default 1; `None` takes the units of
     /// the file as metres.
@@ -70,8 +70,8 @@ pub struct MeshOptions {
     /// Stiffness and damping of the bending springs of a shell as a fraction of those of the
     /// others; not negative. Default 1, which keeps the columns uniform.
     pub bending: f64,
-    /// What it is made of, instead of mass, stiffness, damping and bending: particles and springs
-    /// are then those of the volume that they stand for, in a shell, which is of a uniform sheet,
+    /// Its substance, instead of mass, stiffness, damping and bending. Particles and springs are
+    /// then those of the volume that they stand for; in a shell, which is of a uniform sheet, those
     /// of the area. Poisson's ratio is that of springs, 1/4 or 1/3. Default `None`.
     pub substance: Option<Substance>,
 }
@@ -103,7 +103,7 @@ impl MeshOptions {
     }
 }
 
-/// What a body was built of.
+/// The composition of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BodyReport {
     /// Whether it has an interior lattice.
@@ -245,7 +245,7 @@ fn alike(
 /// Masses and springs by the volume that each stands for.
 ///
 /// # Errors
-/// A substance that is no solid of springs alone, or a number outside its domain.
+/// A substance that is not a solid of springs alone, or a number outside its domain.
 fn shared(
     substance: &Substance,
     (points, springs, triangles): (&[DVec3], &[[usize; 2]], &[[u32; 3]]),

@@ -24,14 +24,14 @@ use glam::DVec3;
 /// zzy, xyz.
 type Ten = [f64; 10];
 
-/// How often each of them stands in the tensor.
+/// The number of times that each of them stands in the tensor.
 const TIMES: Ten = [1.0, 1.0, 1.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 6.0];
 /// Rounds over all springs; three times as many change Young's modulus by less than a hundredth.
 const ROUNDS: usize = 200;
 /// The least volume of a spring, as a part of an even share: no particle loses its hold.
 const LEAST: f64 = 0.1;
 
-/// What the springs of a solid stand for.
+/// The shares of the volume that the springs of a solid stand for.
 pub(crate) struct Shares {
     /// The volume of each spring, cubic metres; they add up to that of the solid.
     pub(crate) volumes: Vec<f64>,

@@ -66,7 +66,7 @@ fn seams(mesh: &Mesh, points: &[DVec3], reach: f64) -> Vec<[usize; 2]> {
 /// Masses, springs and bends of a shell of a sheet, by the areas that they stand for.
 ///
 /// # Errors
-/// A substance that is no uniform sheet, or a number outside its domain.
+/// A substance that is not a uniform sheet, or a number outside its domain.
 pub(super) fn of_sheet(
     substance: &Substance,
     points: &[DVec3],

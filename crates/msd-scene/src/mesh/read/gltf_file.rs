@@ -137,7 +137,7 @@ struct Reading<'a> {
 }
 
 impl Reading<'_> {
-    /// Walks the nodes of the default scene, or the first; without one, every mesh as it is.
+    /// Walks the nodes of the default scene, or the first; without one, every mesh untransformed.
     fn add_scene(&mut self, document: &gltf::Document) -> Result<(), MeshError> {
         let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) else {
             return document
@@ -176,7 +176,8 @@ impl Reading<'_> {
         let Some(positions) = primitive.get(&Semantic::Positions) else { return Ok(()) };
         let first = self.raw.positions.len();
         let vertices = self.vectors(&positions, Dimensions::Vec3)?;
-        // A few bytes can be placed by many nodes, so the length of the file is no limit here.
+        // Many nodes can place the same few bytes, so the length of the file does not bound the
+        // count.
         let count = first as u128 + vertices.len() as u128;
         check_count(self.file, "the number of vertices", count)?;
         let points = vertices.iter().copied().map(DVec3::from_array);
@@ -310,7 +311,7 @@ fn number(kind: DataType, bytes: &[u8]) -> f64 {
     }
 }
 
-/// What a normalised integer is multiplied by.
+/// The factor of a normalised integer.
 fn normalisation(kind: DataType) -> f64 {
     match kind {
         DataType::I8 => 1.0 / 127.0,
