@@ -2,7 +2,7 @@
 //!
 //! A substep ends somewhere inside the obstacle. There the surface gives an impulse P along its
 //! normal and, by Coulomb's law, at most μ P along itself. The law is about the impulse *and* the
-//! time at which it acts: a particle that met the surface τ seconds before the end of the substep
+//! time at which it acts. A particle that met the surface τ seconds before the end of the substep
 //! has gone on for τ seconds with a velocity that it did not have. So positions and velocities
 //! change together, and neither how a particle rests nor how it slides or bounces depends on the
 //! substep:
@@ -52,10 +52,9 @@ pub(crate) fn rub<N: Number>(law: &ContactLaw<N>, slip: N, push: N) -> (N, N) {
 
 /// Whether the surface keeps the particle for the rest of the substep.
 ///
-/// It does where the restitution is 0, and where the particle is on its way out already. It
-/// also does where the pull into the surface makes up the speed of the impact within two
-/// substeps: a bounce would be over before it could be resolved, and a particle at rest would
-/// buzz.
+/// It does where the restitution is 0, and where the particle is on its way out already. It also
+/// does where the pull into the surface makes up the speed of the impact within two substeps. A
+/// bounce would be over before it could be resolved, and a particle at rest would buzz.
 #[inline(always)]
 pub(crate) fn keeps<N: Number>(law: &ContactLaw<N>, touch: &Touch<N>, span: &Span<N>) -> N::Mask {
     let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
@@ -108,8 +107,8 @@ pub(crate) fn bounce<N: Number>(
 
 /// Adds friction and returns the outcome.
 ///
-/// A particle that sticks goes back by the part of its path since it met the surface. One that
-/// slides goes back by the distance that it would not have gone at the velocity it has now.
+/// A particle that sticks goes back by the part of its path since it met the surface. A particle
+/// that slides goes back by the distance that it would not have gone at its current velocity.
 #[inline(always)]
 fn finish<N: Number>(
     law: &ContactLaw<N>,
@@ -194,12 +193,11 @@ impl<N: Number> Touch<N> {
     /// met the surface, metres per second.
     ///
     /// With a the acceleration into the surface, s the distance from it at which a was evaluated
-    /// and κ the stiffness by mass along the normal, u² = U² − 2 a d − κ s²: at the end of the
-    /// substep the springs at a particle at the depth s = d have stored κ d²/2 of its energy, and
-    /// an acceleration of the start is by κ s too small, which comes to the same. All springs
-    /// count as if they were along the normal and their other ends stood still, so that a bounce
-    /// rather takes energy out of a stiff body than adds some; both fall with the square of the
-    /// substep.
+    /// and κ the stiffness by mass along the normal, u² = U² − 2 a d − κ s². At the end of the
+    /// substep the springs at a particle at the depth s = d have stored κ d²/2 of its energy. An
+    /// acceleration of the start is by κ s too small, which comes to the same. All springs count as
+    /// if they were along the normal and their other ends stood still. A bounce thus rather takes
+    /// energy out of a stiff body than adds some; both fall with the square of the substep.
     #[inline(always)]
     pub(crate) fn impact(&self, span: &Span<N>) -> (N, N) {
         let pull = self.along_normal(self.pull);
@@ -260,7 +258,7 @@ pub(crate) struct Span<R> {
     pub(crate) turn: R,
 }
 
-/// The most that a surface may turn on the way of a particle in a substep, radians: a larger angle
+/// The most that a surface may turn on the way of a particle in a substep, radians. A larger angle
 /// pushes it to where it would not have slid, and a small ball parts a cloth without much work.
 pub(crate) const TURN: f64 = 0.1;
 
@@ -277,10 +275,10 @@ impl<R> Span<R> {
 pub(crate) enum Evaluated {
     /// At the positions of its start.
     AtStart,
-    /// At those of its end, by a method that holds what lies on an obstacle by
+    /// At those of its end, by a method that holds particles on an obstacle by
     /// [`super::after_kick`].
     AtEnd,
-    /// At those of a stage, by a method that solves for what lies on an obstacle.
+    /// At those of a stage, by a method that solves for the particles on an obstacle.
     Solved,
     /// Nowhere: the method projects.
     Nowhere,

@@ -97,7 +97,7 @@ impl<'a, 's> Passage<'a, 's> {
         let (way, radius) = (to - from, radius.to_f64());
         let length = Real::sqrt(way.dot(way));
         let gap = |part: f64| shape.gap(from + way * part) - radius;
-        // In single precision what lies is off by the rounding of its place.
+        // In single precision a particle that lies is off by the rounding of its place.
         let noise = f64::from(f32::EPSILON) * 8.0 * from.abs().max(to.abs()).max_element();
         let lay = gap(0.0) <= noise;
         let part = if lay { 0.0 } else { first(gap, (length, noise))? };

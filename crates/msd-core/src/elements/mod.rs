@@ -5,8 +5,8 @@
 //! energy, and multiplies a direction by its stiffness and its damping, as the implicit methods and
 //! the prediction of the stable step require.
 //!
-//! From the inside a kind of element is a `Force`: what all stages of a run ask of it. The kinds
-//! of a [`Model`](crate::Model) are listed there once; whoever asks them goes through that list.
+//! From the inside a kind of element is a `Force`: the methods that all stages of a run call. The
+//! kinds of a [`Model`](crate::Model) are listed there once, and callers go through that list.
 
 pub mod fields;
 pub mod grabs;
@@ -345,7 +345,7 @@ pub(crate) enum Resists {
     Bending,
 }
 
-/// A motion about which forces are asked for, and what else their laws depend on.
+/// A motion about which forces are asked for, and the other inputs of their laws.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moment<'a, R> {
     pub(crate) level: Level,
@@ -360,7 +360,7 @@ pub(crate) struct Stage<'a, R> {
     pub(crate) tau: R,
 }
 
-/// A substep of XPBD: what its projections move.
+/// A substep of XPBD: the columns that its projections move.
 pub(crate) struct Projection<'a, R: Real> {
     /// Length, seconds.
     pub(crate) h: R,

@@ -1,8 +1,8 @@
 //! Stencils: rows of a few particles that pull together, in the order in which they are evaluated.
 //!
-//! That order depends on them and on the slots of particles alone: first bundles of up to sixteen
-//! whose particles are in the same lane of records, as most of a lattice are, which are evaluated
-//! at once; then the others, one by one. One code computes one and sixteen, so that their bits are
+//! That order depends on them and on the slots of particles alone. Bundles come first: up to
+//! sixteen whose particles are in the same lane of records, as most of a lattice are, evaluated at
+//! once. The others follow one by one. One code computes one and sixteen, so that their bits are
 //! the same. A new kind is a law, in a file of its own.
 
 use super::{
@@ -165,7 +165,7 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize, const M: usize> Group<R, L, N
         Group { at, law: rows[0].law, constants, is_there, is_full: rows.len() == M }
     }
 
-    /// A function that says what a column has of the ends of the first.
+    /// A function that gives the vectors of a column at the ends of the first.
     #[inline(always)]
     pub(super) fn first<'a>(&'a self, column: &'a [R]) -> impl Fn(usize) -> R::Vec3 + 'a {
         |end| vector::<R>(column, self.at[end] as usize)
@@ -191,7 +191,7 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize, const M: usize> Group<R, L, N
         add_vector::<R>(lower, at, below);
     }
 
-    /// Subtracts numbers of one end of each along an axis from what is summed.
+    /// Subtracts numbers of one end of each along an axis from the sums.
     #[inline(always)]
     pub(super) fn subtract(
         &self,
@@ -230,7 +230,7 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Stencils<R, L, N> {
     fn order(&mut self) {
         let Stencils { all, bundles, numbers, .. } = self;
         let starts = |row: &Stencil<L, N>| starts(row, *numbers);
-        // Stable: what is equal keeps its order, so that a resumed run has the same sums.
+        // Stable: equal rows keep their order, so that a resumed run has the same sums.
         all.sort_by_key(|row| (starts(row).is_none(), starts(row), row.at[0]));
         let fit = |a: &Stencil<L, N>, b: &Stencil<L, N>| {
             let is_next = a.at[0] < b.at[0] && a.law.is_alike(&b.law);

@@ -1,9 +1,9 @@
 //! Ledger of the energy dissipated, and of that driven in, since the start.
 //!
-//! Everything is counted where it acts: dampers and drag by the power at each evaluation, weighted
-//! by the quadrature of the method, and contact by the speed, impulse and path of each particle
-//! that it stops. So [`crate::Energy::total`] is constant as far as the method is exact, and its
-//! drift is the error of the method.
+//! Everything is counted where it acts. Dampers and drag count by the power at each evaluation,
+//! weighted by the quadrature of the method. Contact counts by the speed, impulse and path of each
+//! particle that it stops. So [`crate::Energy::total`] is constant as far as the method is exact,
+//! and its drift is the error of the method.
 //!
 //! Energy that a moving solid, a moving pin or a user-defined element drives in is counted
 //! separately: it is neither negative dissipation nor an error of the method.

@@ -48,8 +48,8 @@ impl Energy {
         self.kinetic + self.elastic + self.gravitational + self.own
     }
 
-    /// The mechanical energy with what was dissipated and without what was supplied, joules:
-    /// constant in an exact run without user input.
+    /// The mechanical energy plus the dissipated and minus the supplied energy, joules: constant in
+    /// an exact run without user input.
     pub fn total(&self) -> f64 {
         self.mechanical() + self.dissipated - self.supplied
     }

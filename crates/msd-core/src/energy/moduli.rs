@@ -21,7 +21,7 @@ const NONE: f64 = 1e-12;
 /// strain would take some of the stress away (Voigt, 1889).
 #[derive(Clone, Copy, Debug)]
 pub struct Moduli {
-    /// The strain for a stress; what no spring resists is left out.
+    /// The strain for a stress; strains that no spring resists are left out.
     compliance: [Six; 6],
     /// The strains that no spring resists, as a projection.
     free: [Six; 6],

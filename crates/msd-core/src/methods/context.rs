@@ -98,7 +98,7 @@ pub(crate) enum Failure {
 }
 
 impl Done {
-    /// Books the work of pins, joules: what they take back counts as dissipated.
+    /// Books the work of pins, joules: the energy that they take back counts as dissipated.
     pub(crate) fn drive(&mut self, work: f64) {
         self.counted -= work;
         self.given += work.max(0.0);
@@ -336,8 +336,8 @@ impl<'a, R: Real> StepContext<'a, R> {
     }
 
     /// Finds the rows of shells before a kick of `length` seconds by the forces of the last
-    /// evaluation, and a drift of a substep at the velocities after it; whether there are some.
-    /// `is_drift` where that drift, and it alone, moves particles in every substep.
+    /// evaluation, and a drift of a substep at the velocities after it. Returns whether there are
+    /// some. `is_drift` where that drift, and it alone, moves particles in every substep.
     pub(crate) fn find_rows(&mut self, length: R, is_drift: bool) -> bool {
         if !self.model.shells.do_meet() {
             return false;
@@ -355,12 +355,12 @@ impl<'a, R: Real> StepContext<'a, R> {
     }
 
     /// Takes note of whether particles are too fast for shells to be known to stop them, and of
-    /// what was seen to have crossed.
+    /// crossings that were seen.
     pub(super) fn note_fast(&mut self, is_fast: bool) {
         self.done.turned |= is_fast;
         self.done.passes += u64::from(is_fast);
         let crossed = self.rows.take_crossed();
-        // More substeps of this step would not undo what crossed before it.
+        // More substeps of this step would not undo crossings before it.
         let to = if self.finished == 0 { &mut self.done.crossed } else { &mut self.done.passes };
         *to += crossed;
     }
@@ -421,8 +421,7 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.done.meet(contacts);
     }
 
-    /// Ends a substep, the displacement of which was made as `way` says; returns what obstacles
-    /// did.
+    /// Ends a substep, the displacement of which was made as `way` says; returns the contacts.
     pub(crate) fn finish(&mut self, way: Way, evaluated: Evaluated) -> Contacts {
         self.done.given -= self.scratch.work.own_power.min(0.0) * self.settings.substep();
         self.place(self.end());

@@ -58,7 +58,7 @@ pub(crate) fn symplectic_euler<R: Real>(step: &mut StepContext<'_, R>) {
     }
 }
 
-/// The same, with what shells that meet do in between.
+/// The same, with the contact of shells in between.
 fn kick_meet_drift<R: Real>(step: &mut StepContext<'_, R>, h: R) {
     let level = step.level;
     for_each_share(step.pass(), |pass| at_level!(level, _simd => kick(pass, h)));
@@ -180,7 +180,7 @@ fn kick_settle_drift<R: Real>(step: &mut StepContext<'_, R>, is_damped: bool) {
     let (h, level) = (step.substep(), step.level);
     let kick = half_of(step, 0.0, true, Drift::Ahead);
     for_each_share(step.pass(), |pass| at_level!(level, _simd => kick_by_half(pass, h)));
-    // Before obstacles: a row of its own bears what lies on both.
+    // Before obstacles: a row of its own bears a particle that lies on both.
     if step.has_rows() {
         step.meet_shells(kick.length);
     }
@@ -335,7 +335,7 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
     }
 }
 
-/// Holds what lies on an obstacle at the velocities of a stage, `reach` seconds after the start, or
+/// Holds particles on an obstacle at the velocities of a stage, `reach` seconds after the start, or
 /// at the last, those of the end.
 fn settle_stage<R: Real>(step: &mut StepContext<'_, R>, reach: R, is_last: bool) -> Contacts {
     for_each_share(step.pass(), |pass| set_kicks(pass, reach));

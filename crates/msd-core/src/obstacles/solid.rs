@@ -147,7 +147,7 @@ impl<R: Real> Ball<R> {
     }
 
     /// The ball around a solid at a time, seconds, however it has turned, for particles of up to a
-    /// radius, metres. That of what has no end is infinite, and holds any place.
+    /// radius, metres. That of a solid without end is infinite, and holds any place.
     pub(crate) fn new(solid: &Solid, time: f64, radius: R) -> Self {
         let middle = middle(solid, time);
         // A part in a thousand is more than all rounding of a point at the solid.

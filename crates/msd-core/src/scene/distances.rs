@@ -10,7 +10,7 @@ pub const MOST_POINTS: usize = 1 << 22;
 /// Signed distances from a closed surface on a grid of points, as seen from the middle of a solid.
 ///
 /// Between the points the distance is interpolated (trilinear), so the surface that particles meet
-/// is off by [`DistanceGrid::error`]; with half the cell it is off by a quarter where the surface
+/// is off by [`DistanceGrid::error`]. With half the cell it is off by a quarter where the surface
 /// is smooth, and by half at its edges. `msd_scene::mesh::distances` makes one of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

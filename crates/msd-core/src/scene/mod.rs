@@ -209,7 +209,7 @@ pub struct Pin {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Guide {
-    /// Each particle, with its place from the middle of what leads it, in the axes of that, metres.
+    /// Each particle, with its place from the middle of its leader, in the axes of that, metres.
     pub held: Vec<(usize, DVec3)>,
     /// The motion that leads them.
     pub lead: Lead,
@@ -295,9 +295,9 @@ pub struct Scene {
     pub particles: Vec<Particle>,
     /// The springs.
     pub springs: Vec<Spring>,
-    /// The bends: what resists bending.
+    /// The bends, which resist bending.
     pub bends: Vec<Bend>,
-    /// The volumes: what resists a change of volume.
+    /// The volumes, which resist a change of volume.
     pub volumes: Vec<Volume>,
     /// The planes.
     pub planes: Vec<Plane>,

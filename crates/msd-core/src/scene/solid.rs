@@ -1,4 +1,4 @@
-//! Solids of a shape: what a scene says of them, and the distance from their surface.
+//! Solids of a shape: their rows in a scene, and the distance from their surface.
 
 use super::{DistanceGrid, Friction};
 use crate::number::Real;
@@ -6,7 +6,7 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 use glam::{DMat3, DVec3};
 
-/// The shape of a solid about its own middle; y is the axis of what has one.
+/// The shape of a solid about its own middle; y is the axis of shapes that have one.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Shape {
@@ -316,14 +316,14 @@ fn sides_of_rod(point: DVec3, radius: f64, long: f64) -> DVec3 {
     DVec3::new(length(around(point)) - radius, point.y.abs() - 0.5 * long, f64::MIN)
 }
 
-/// The distance from what has flat sides, by how far a point is beyond each.
+/// The distance from a shape with flat sides, by the distances of a point beyond each.
 #[inline(always)]
 fn beyond(sides: DVec3) -> f64 {
     length(sides.max(DVec3::ZERO)) + Real::min(sides.max_element(), 0.0)
 }
 
-/// The direction out of what has flat sides: from the nearest point outside, through the nearest
-/// side inside; `point` gives the signs of the axes.
+/// The direction out of a shape with flat sides: from the nearest point outside, through the
+/// nearest side inside; `point` gives the signs of the axes.
 #[inline(always)]
 fn out(sides: DVec3, point: DVec3, axes: DMat3) -> DVec3 {
     let outside = sides.max(DVec3::ZERO);

@@ -1,11 +1,12 @@
-//! Substances: what a body is made of, in the numbers of an engineer, and the springs of a lattice
-//! that behave like it.
+//! Substances of bodies, in the numbers of an engineer, and the springs of a lattice that behave
+//! like them.
 //!
 //! A lattice of spacing a is cut into cells between neighbouring particles: cubes, squares or
 //! lengths. A spring inside the body belongs to all cells around it, one in a face of the body to
-//! half as many, one along an edge to a quarter; each counts for what it belongs to, and so do the
-//! masses of particles. A network of springs of stiffness k, length L and direction n in a volume V
-//! has the elasticity C_ijkl = (1/V) Σ k L² n_i n_j n_k n_l, which gives the formulas below.
+//! half as many, one along an edge to a quarter. Each counts for the cells that it belongs to, and
+//! so do the masses of particles. A network of springs of stiffness k, length L and direction n in
+//! a volume V has the elasticity C_ijkl = (1/V) Σ k L² n_i n_j n_k n_l, which gives the formulas
+//! below.
 
 use crate::error::Error;
 use crate::number::Real;
@@ -263,8 +264,8 @@ impl Cell {
     }
 }
 
-/// The share of the cells around something inside the body that are around what starts at `place`
-/// and goes on by `step`.
+/// The share of the cells around something inside the body that are around the row that starts at
+/// `place` and goes on by `step`.
 fn share(size: [usize; 3], place: [usize; 3], step: [isize; 3]) -> f64 {
     let is_in_face = |axis: usize| {
         let ends = place[axis] == 0 || place[axis] == size[axis] - 1;

@@ -165,7 +165,7 @@ pub enum Interaction {
         /// The plane.
         plane: Plane,
     },
-    /// Multiplies a number of what bodies are made of: of their springs, bends, volumes and masses
+    /// Multiplies a number of the material of bodies: of their springs, bends, volumes and masses
     /// alike.
     ScaleMaterial {
         /// The bodies: all, or one.

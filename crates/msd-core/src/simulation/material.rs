@@ -5,7 +5,7 @@ use crate::number::Real;
 use crate::scene::check::check_mass;
 use crate::system::Model;
 
-/// A number of what a body is made of.
+/// A number of the material of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]

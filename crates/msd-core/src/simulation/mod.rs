@@ -1,11 +1,10 @@
 //! The running simulation: one step on a page, its queue, and the guard that keeps it in the world.
 //!
-//! `interaction.rs` holds user input between two steps, `material.rs` that which makes another
-//! material of a body, `topology.rs` additions and removals,
-//! `progress.rs` the checkpoint from which a run resumes to the bit, `guard.rs` the stop of a run
-//! that diverges, `guided.rs` the motion of guided pins, `readings.rs` the measurements,
-//! `witness.rs` the drift detector, and `compiled.rs` the functions that a debug build of a caller
-//! runs optimised.
+//! `interaction.rs` holds user input between two steps, `material.rs` changes of the material of a
+//! body, and `topology.rs` additions and removals. `progress.rs` holds the checkpoint from which a
+//! run resumes to the bit, `guard.rs` the stop of a run that diverges, `guided.rs` the motion of
+//! guided pins, `readings.rs` the measurements, `witness.rs` the drift detector, and `compiled.rs`
+//! the functions that a debug build of a caller runs optimised.
 
 mod compiled;
 mod guard;
@@ -73,7 +72,7 @@ pub struct Simulation<R: Real = f32> {
     next_handle: usize,
 }
 
-/// The part of the model that the queue may change, as it was before.
+/// The previous part of the model that the queue may change.
 enum Kept<R: Real> {
     /// All of it.
     Model(Box<Model<R>>),
@@ -158,10 +157,10 @@ impl<R: Real> Simulation<R> {
         (Compiled::of_precision().step)(self, true).map(drop)
     }
 
-    /// Advances by one step unless shells may cross in it, see
-    /// [`Ledger::passes`], or in a substep a surface turns by more than a tenth of a radian on the
-    /// way of one that meets it, or moves by half of its thickness, or energy appears that nothing
-    /// supplied, a tenth of what moves; returns whether it did. If not, all is as it was before.
+    /// Advances by one step unless shells may cross in it, see [`Ledger::passes`]. Neither does it
+    /// advance if a surface turns in a substep by more than a tenth of a radian on the way of a
+    /// particle that meets it, or moves by half of its thickness, or if energy appears that nothing
+    /// supplied, a tenth of that in motion. Returns whether it did. If not, everything is restored.
     ///
     /// # Errors
     /// See [`Simulation::step`].
@@ -220,8 +219,8 @@ impl<R: Real> Simulation<R> {
         Ok(true)
     }
 
-    /// Keeps the model as it was before the queue is applied: all of it, or only the part that
-    /// grabs and pushes change, as these are frequent.
+    /// Keeps the model before the queue is applied: all of it, or only the part that grabs and
+    /// pushes change, as these are frequent.
     fn keep_model(&mut self) -> Kept<R> {
         use Interaction::{Grab, Impulse, MoveSolid, Push, Release, Spin};
         let pushes = self.model.pushes.0.len();

@@ -92,8 +92,8 @@ impl<R: Real> Simulation<R> {
     }
 
     /// A substep that is stable at every state in which no spring is compressed to nothing,
-    /// seconds: from sums over springs alone, two to four times shorter than the prediction; 0 for
-    /// explicit Euler, for which such sums give no bound.
+    /// seconds. It comes from sums over springs alone, two to four times shorter than the
+    /// prediction; 0 for explicit Euler, for which such sums give no bound.
     pub fn guaranteed_substep(&self, integrator: Integrator) -> f64 {
         stability::guaranteed_limit(
             (&self.model, &self.state),
@@ -122,7 +122,7 @@ impl<R: Real> Simulation<R> {
 
     /// The slowest motions at the current state, `count` of them and at most five. Each is taken
     /// for a single oscillator: that is exact where damping goes with stiffness. Motions that
-    /// nothing resists, as those of a free body as a whole, are left out; none are found where
+    /// nothing resists, as those of a free body as a whole, are left out. None are found where
     /// those are more than ten, as in a cloth that does not resist bending. Takes some thousand
     /// products with the stiffness.
     pub fn slowest_modes(&self, count: usize) -> Vec<Mode> {
@@ -165,7 +165,7 @@ impl<R: Real> Simulation<R> {
     pub fn copy_positions(&self, to: &mut Vec<[f32; 3]>) {
         to.clear();
         to.reserve(self.model.particle_count());
-        // Not `extend`: what is nested is walked faster from inside.
+        // Not `extend`: nested iterators are walked faster from inside.
         self.positions().for_each(|position| to.push(position.to_f32().to_array()));
     }
 

@@ -8,20 +8,19 @@
 //!
 //! Symplectic methods let the energy oscillate without ever gaining any: a mode of frequency w by a
 //! fraction h² w² / 4 of its energy, and far more near the limit of stability. So no single value
-//! counts, but the *lowest* of a window of samples: the swing of a mode comes back to where it
+//! counts, but the *lowest* of a window of samples. The swing of a mode comes back to where it
 //! started within half its period, and the modes whose swing is large are those whose period is a
-//! few steps. A gain is reported where even the lowest is above what the energy was before by more
-//! than a tenth of the kinetic and elastic energy, both of that sample and of the time before, and
-//! by more than rounding can have added. A tenth, because energy that passes from slow modes to
-//! fast ones does raise the measured value: by h² w² / 8 on average, 6 % where a mode at a third of
-//! its stable step takes all.
+//! few steps. A gain is reported where even the lowest is above the previous energy by more than a
+//! tenth of the kinetic and elastic energy, both of that sample and of the time before. It must
+//! also be more than rounding can have added. A tenth, because energy that passes from slow modes
+//! to fast ones does raise the measured value: by h² w² / 8 on average, 6 % where a mode at a third
+//! of its stable step takes all.
 //!
 //! The method books supplied energy by its own quadrature, so a tenth of that since the reference
-//! is allowed as well, and a hundredth of all.
-//! The reference follows the energy down, never up, so a gain after long damping shows as well. The
-//! net energy that obstacles have added by their own account, see [`Simulation::contacts`], is
-//! checked separately, since dampers may dissipate it at once: it adds up from the start, and is
-//! compared with the most that was in motion since then.
+//! is allowed as well, and a hundredth of all. The reference follows the energy down, never up, so
+//! a gain after long damping shows as well. The net energy that obstacles have added by their own
+//! account, see [`Simulation::contacts`], is checked separately, since dampers may dissipate it at
+//! once. It adds up from the start, and is compared with the most that was in motion since then.
 //!
 //! Energy that dampers dissipate as fast as it is added shows in the balance alone:
 //! [`Energy::total`], which only an error of the method changes, see [`Witness::imbalance`]. A rise
@@ -35,7 +34,7 @@
 //! samples are enough.
 //!
 //! The detector sees no gain before the second window, and before the end of the first such a rise
-//! only where it is half of what is in motion.
+//! only where it is half of the energy in motion.
 
 use super::Simulation;
 use crate::energy::Energy;
@@ -44,15 +43,15 @@ use crate::number::Real;
 
 /// Samples in a window.
 const WINDOW: u32 = 16;
-/// Samples before which nothing is judged: what starts at rest has moved for so few substeps that a
-/// method of first order is off by much of its energy.
+/// Samples before which nothing is judged: a body that starts at rest has moved for so few substeps
+/// that a method of first order is off by much of its energy.
 const EARLY: u32 = 4;
 /// Samples for which a change of the balance must last where modes do not swing: an impact is
 /// booked within a few.
 const BRIEF: usize = 4;
 /// The part of the kinetic and elastic energy that may come and go with the modes.
 const FRACTION: f64 = 0.1;
-/// The part of what was supplied in all by which it may be booked wrongly, and come back.
+/// The part of all supplied energy by which it may be booked wrongly, and come back.
 const BOOKED: f64 = 0.01;
 
 /// The part of the largest kinetic and elastic energy so far below which the kinetic energy is that
@@ -110,7 +109,7 @@ struct Balance {
     /// Most energy that rounding can have added since the first sample, joules, if all of it has
     /// one sign.
     rounding: f64,
-    /// The sum of the squares of what it can have added in each substep, square joules.
+    /// The sum of the squares of its possible additions in each substep, square joules.
     squares: f64,
 }
 
@@ -130,8 +129,8 @@ impl Balance {
         self.kinetic = self.kinetic.max(energy.kinetic);
     }
 
-    /// Ends a window; what adds up in a body at rest is left out, as there methods book falls
-    /// within a substep, which take nothing.
+    /// Ends a window. Sums in a body at rest are left out, as there methods book falls within a
+    /// substep, which take nothing.
     fn settle(&mut self, most: f64) {
         if self.kinetic <= REST * most {
             self.change = self.settled;
@@ -252,7 +251,7 @@ impl Witness {
         let driven = FRACTION * (supplied - at_reference) + BOOKED * (supplied - first);
         let allowed = FRACTION * swinging + driven + NOISE * self.most + self.rounding;
         let gained = lowest - reference;
-        // Dampers may dissipate what contact adds, so that is checked separately.
+        // Dampers may dissipate the energy that contact adds, so that is checked separately.
         let is_fed = self.at_stake() + self.balance.rounding < self.fed;
         let gained = if is_fed { Real::max(gained, self.fed) } else { gained };
         self.gain = if is_fed || allowed < gained { gained } else { 0.0 };
@@ -269,13 +268,13 @@ impl Witness {
         *self = Witness::default();
     }
 
-    /// The change of [`Energy::total`] since the first sample or the last restart, joules, less
-    /// what added up in a body at rest: the error of the method in the balance of the energy.
+    /// The change of [`Energy::total`] since the first sample or the last restart, joules, less the
+    /// sums in a body at rest: the error of the method in the balance of the energy.
     pub fn imbalance(&self) -> f64 {
         self.balance.change
     }
 
-    /// The part of the most kinetic and elastic energy so far, and of what was supplied, that
+    /// The part of the most kinetic and elastic energy so far, and of the supplied energy, that
     /// errors of the balance may reach, joules.
     fn at_stake(&self) -> f64 {
         let [first, _, supplied] = self.supplied;

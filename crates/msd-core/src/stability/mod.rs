@@ -2,7 +2,7 @@
 //!
 //! The fastest motions of a system are found without a matrix and compared with the [`Region`] of a
 //! method. Where damping couples motions - dampers that do not go with the stiffness of their
-//! springs - no single oscillator decides: then a step of the method is taken on the few fastest
+//! springs - no single oscillator decides. Then a step of the method is taken on the few fastest
 //! motions together, as a matrix, and its powers show whether anything grows. For symplectic Euler
 //! the answer is exact in general: bounded while h²/4 K + h/2 D < M.
 
@@ -107,8 +107,8 @@ pub(crate) fn fastest_motion<R: Real>(
     motion
 }
 
-/// A substep that is stable about every state in which no spring is compressed to nothing, seconds:
-/// from sums over springs alone (after Gershgorin, 1931), two to four times shorter than
+/// A substep that is stable about every state in which no spring is compressed to nothing, seconds.
+/// It comes from sums over springs alone (after Gershgorin, 1931), two to four times shorter than
 /// [`Estimator::limit`]; 0 for explicit Euler, for which such sums give no bound.
 ///
 /// A spring adds at most its k (1/m_a + 1/m_b) to any motion; all springs of a particle at once add

@@ -43,7 +43,7 @@ pub struct Model<R: Real> {
     /// The same in the order of slots: a mass for each, and its reciprocal three times.
     pub(crate) mass_column: Aligned<R>,
     pub(crate) inverse_mass_column: Aligned<R>,
-    /// The slots of pins that were not removed, and what guides some of them.
+    /// The slots of pins that were not removed, and the guides of some of them.
     pins: Vec<usize>,
     pub(crate) guides: Guides,
     /// Radii against obstacles, metres: of each slot, empty where none counts, and the largest.

@@ -4,10 +4,10 @@
 //! by g h²/2 in each substep. Forces that are evaluated down there, and dampers at the speed of the
 //! fall, are off by a part (h w)² of themselves. So are the push of the surface and the friction
 //! that it allows: at long steps a block slides below the critical slope. Such a method therefore
-//! lets every kick be followed by this law: a particle on a surface that the kick presses it to
-//! loses its speed into it, and of its slip what Coulomb's law allows. A particle that lies does
-//! not sink, and forces are evaluated where it lies. (RATTLE projects velocities for the same
-//! reason: Andersen, 1983.)
+//! lets this law follow every kick. A particle on a surface that the kick presses it to loses its
+//! speed into it, and of its slip as much as Coulomb's law allows. A particle that lies does not
+//! sink, and forces are evaluated where it lies. (RATTLE projects velocities for the same reason:
+//! Andersen, 1983.)
 
 mod corner;
 mod curved;
@@ -59,7 +59,7 @@ pub(crate) struct Kick<R> {
 pub(crate) enum Drift {
     /// It follows.
     Ahead,
-    /// It is over: what is on a surface now was on it before.
+    /// It is over: a particle on a surface now was on it before.
     Behind,
     /// There is none.
     Absent,
@@ -168,8 +168,8 @@ fn settle_on_plane<R: Real>(
     }
 }
 
-/// Speed away from a surface below which a particle has not left, as a part of what the pull makes
-/// up within two substeps: without it ever shorter hops would not end.
+/// Speed away from a surface below which a particle has not left, as a part of the speed that the
+/// pull makes up within two substeps. Without it ever shorter hops would not end.
 const HOP: f64 = 0.01;
 
 /// Returns whether a particle on a surface lay there, by its velocity and the part of it along the

@@ -319,7 +319,7 @@ impl Shells {
     }
 }
 
-/// A state in columns, and what the rows of it depend on.
+/// A state in columns, and the other inputs of its rows.
 pub(crate) struct At<'a, R: Real> {
     pub(crate) level: Level,
     pub(crate) shells: &'a Shells,

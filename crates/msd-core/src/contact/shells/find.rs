@@ -285,9 +285,9 @@ impl<'a, R: Real> Finder<'a, R> {
         }
     }
 
-    /// Whether a vertex passes an edge or another vertex, and the faces there, in a drift of h
-    /// seconds at a velocity: the plane between the two, at which a row stops it, is a wall across
-    /// its way.
+    /// Returns whether a vertex passes an edge or another vertex, and the faces there, in a drift
+    /// of h seconds at a velocity. The plane between the two, at which a row stops it, is a wall
+    /// across its way.
     pub(super) fn passes(&self, row: &ContactRow<R>, velocity: R::Vec3, h: R) -> bool {
         let (shells, [own, other]) = (self.at.shells, features(row.key));
         let (way, drift) = (row.normal * (row.gap + row.stop), velocity * h);
@@ -486,8 +486,8 @@ impl<'a, R: Real> Finder<'a, R> {
         })
     }
 
-    /// Adds the rows of obstacles and of vertices that are in a row: one that lies on an obstacle
-    /// bears what lies on it.
+    /// Adds the rows of obstacles and of vertices that are in a row: a vertex on an obstacle bears
+    /// the particles that lie on it.
     fn obstacles(&mut self) {
         let At { obstacles, time, .. } = *self.at;
         if obstacles.is_empty() || self.rows.is_empty() {

@@ -8,16 +8,16 @@ use crate::columns::vector;
 use crate::number::Real;
 use alloc::vec::Vec;
 
-/// The velocities that the particles of each cluster may have in a substep: impulses leave them
-/// between those that they have after the kick and those of what they touch.
+/// The velocities that the particles of each cluster may have in a substep. Impulses leave them
+/// between their velocities after the kick and those of the surfaces that they touch.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Margins<R: Real> {
     /// Those after the kick.
     free: Vec<Extent<R>>,
-    /// Those, and those of what touched the cluster in the last substep and of the obstacles that
-    /// it may reach.
+    /// Those, and those of the surfaces that touched the cluster in the last substep and of the
+    /// obstacles that it may reach.
     met: Vec<Extent<R>>,
-    /// The margin that holds for all, metres, and what a speed is multiplied by, seconds.
+    /// The margin that holds for all, metres, and the factor of a speed, seconds.
     most: R,
     seconds: R,
     /// Margin that is added to all others, metres.
@@ -25,9 +25,8 @@ pub(super) struct Margins<R: Real> {
 }
 
 impl<R: Real> Margins<R> {
-    /// Sets the margins of a substep before a kick of `length` seconds, from where corners are and
-    /// the rows of the last one; `most` holds for all clusters, and `seconds` is the substep and a
-    /// bit.
+    /// Sets the margins of a substep before a kick of `length` seconds, from the corners and the
+    /// rows of the last one. `most` holds for all clusters, and `seconds` is the substep and a bit.
     pub(super) fn set(
         &mut self,
         (at, clusters, corners): (&At<'_, R>, &Clusters, &[R::Vec3]),

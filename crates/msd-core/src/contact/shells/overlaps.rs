@@ -1,12 +1,12 @@
-//! Bodies that cross at the start: what is inside a closed one is pushed out of it.
+//! Bodies that cross at the start: particles inside a closed one are pushed out of it.
 //!
 //! Ordinary rows keep features on the sides on which they are, and so would keep a particle inside.
 //! Two shells that cross at the start have other rows until they are apart: one for each particle
 //! that starts inside, with the face straight ahead of it. Both sides part at a bounded speed: by
 //! the distance at which they stop each other in each `UNDOING`. All rows of the two have one
-//! direction, which keeps the shape of what is pushed out. Towards the nearest face each, particles
-//! beside an edge would leave on different sides of it. The work of the rows counts as work of
-//! solids.
+//! direction, which keeps the shape of the body that is pushed out. Towards the nearest face each,
+//! particles beside an edge would leave on different sides of it. The work of the rows counts as
+//! work of solids.
 
 use super::clusters::Clusters;
 use super::find::{Finder, Sides};
@@ -129,8 +129,8 @@ impl<R: Real> Finder<'_, R> {
         found
     }
 
-    /// Adds the rows of what was inside in the substep before. Two shells have none any more once
-    /// all of that is outside by half of the distance at which they stop each other.
+    /// Adds the rows of vertices that were inside in the previous substep. Two shells have none any
+    /// more once all of that is outside by half of the distance at which they stop each other.
     pub(super) fn add_overlaps(
         &mut self,
         clusters: &Clusters,
@@ -159,7 +159,7 @@ impl<R: Real> Finder<'_, R> {
     }
 
     /// The row of a vertex and the face through which it leaves the other shell, or has left it, in
-    /// the direction that it has; none where it meets none any more, or nothing moves either.
+    /// the direction that it has. None where it meets no face any more, or nothing moves either.
     fn ahead(
         &self,
         clusters: &Clusters,

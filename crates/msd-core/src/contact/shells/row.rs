@@ -6,7 +6,7 @@ use crate::contact::law::coulomb;
 use crate::number::{Real, Vector};
 use glam::DVec3;
 
-/// A contact: up to four particles, and what keeps two sides of them apart.
+/// A contact: up to four particles, and the impulse that keeps two sides of them apart.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ContactRow<R: Real> {
     /// The features: their kind, and the number of each.
@@ -111,7 +111,7 @@ impl<R: Real> ContactRow<R> {
         each.fold(sum, |sum, (&at, by)| sum + by * self.normal.dot(column[at as usize]))
     }
 
-    /// The same, but for what the turning face adds across the normal.
+    /// The same, but for the part across the normal that the turning face adds.
     #[inline(always)]
     fn apart(&self, column: &[R::Vec3]) -> R::Vec3 {
         let each = self.vertices.iter().zip(self.weights);
@@ -185,7 +185,8 @@ impl<R: Real> ContactRow<R> {
     }
 
     /// The impulse, along the normal and across it, by which a mass, kilograms, answers the
-    /// velocity of one side, and what the second is of that which would hold it: Coulomb's law.
+    /// velocity of one side, and the fraction of the holding impulse that the second is: Coulomb's
+    /// law.
     #[inline(always)]
     pub(super) fn answer(&self, velocity: R::Vec3, may_close: R, mass: R) -> (R, R::Vec3, R) {
         let speed = velocity.dot(self.normal);

@@ -174,15 +174,15 @@ impl<R: Real> ShellRows<R> {
         pairs
     }
 
-    /// Discards what is known of ways since the rows were found last: not drifts at the velocities
-    /// after a kick alone made them.
+    /// Discards the known ways since the rows were found last: not drifts at the velocities after a
+    /// kick alone made them.
     pub(crate) fn lose_track(&mut self) {
         self.lists.lose_track();
     }
 
     /// Finds the rows at a state, each with the impulse that it gave last, before a kick of
     /// `length` seconds by some forces and a drift of h seconds at the velocities after it, and
-    /// those within a least margin, metres; returns whether particles are so fast that some may
+    /// those within a least margin, metres. Returns whether particles are so fast that some may
     /// cross.
     pub(crate) fn find(
         &mut self,

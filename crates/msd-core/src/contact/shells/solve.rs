@@ -31,7 +31,7 @@ impl<R: Real> ShellRows<R> {
         let least = R::of(at.shells.reach() * LEAST_MARGIN);
         let columns = [positions, velocities, velocities];
         let is_fast = self.find(at, columns, (R::ZERO, h, least));
-        // The solve itself holds what lies on an obstacle.
+        // The solve itself holds particles that lie on an obstacle.
         self.rows.retain(|row| !row.is_of_obstacle());
         is_fast
     }
@@ -72,7 +72,7 @@ impl<R: Real> ShellRows<R> {
     }
 
     /// Sets the impulses by the velocities that a solve left, and corrects those from which the
-    /// next one starts if solves agree; returns the largest velocity by which it missed, metres per
+    /// next one starts if solves agree. Returns the largest velocity by which it missed, metres per
     /// second.
     pub(crate) fn correct(&mut self, at: &At<'_, R>, motion: [&[R]; 2], h: R) -> R {
         let [missed, off] = self.answer(at, motion, h);
@@ -159,7 +159,8 @@ impl<R: Real> ShellRows<R> {
     }
 
     /// Ends a substep of these mean velocities, in the solve of which the impulses acted. Where it
-    /// `mirrors` velocities, the rows hold those at its end: what came would leave as fast.
+    /// `mirrors` velocities, the rows hold those at its end: a particle that came would leave as
+    /// fast.
     ///
     /// They hold along the normals that the solve had: at the end of a long substep the features of
     /// a row need not be the nearest ones any more.
@@ -189,7 +190,7 @@ impl<R: Real> ShellRows<R> {
     }
 }
 
-/// The least margin of a row, in reaches: what rests has no velocities by which to find it.
+/// The least margin of a row, in reaches: a resting contact has no velocities by which to find it.
 const LEAST_MARGIN: f64 = 0.1;
 /// Number of times that a row may begin or cease to act before it keeps its stiffness.
 const MOST_CHANGES: u32 = 3;

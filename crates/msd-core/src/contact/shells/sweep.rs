@@ -75,7 +75,7 @@ pub(super) fn hold<R: Real>(
     }
 }
 
-/// Books the work of what was added to impulses, each of which acted at mean velocities.
+/// Books the work of the additions to impulses, each of which acted at mean velocities.
 pub(super) fn work<R: Real>(rows: &[ContactRow<R>], means: &[R::Vec3]) -> Contacts {
     work_of(rows, means, |row| row.impulse() - row.booked)
 }

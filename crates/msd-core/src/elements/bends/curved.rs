@@ -39,7 +39,7 @@ pub(super) struct Curved<R: Real> {
 }
 
 impl<R: Real> Curved<R> {
-    /// By weights, the tangent at rest and what a function says are the positions.
+    /// By weights, the tangent at rest and the positions that a function gives.
     #[inline(always)]
     pub(super) fn new(weights: [R; 4], rest: R, of: impl Fn(usize) -> R::Vec3) -> Self {
         let [sum, edge, across] = sums(weights, of);
@@ -72,7 +72,7 @@ impl<R: Real> Curved<R> {
         [sum, edge, across, turn, turn.cross(self.across) + self.edge.cross(across)]
     }
 
-    /// The change G v of what it is off, by motions that a function says.
+    /// The change G v of its deviation, by motions that a function gives.
     #[inline(always)]
     pub(super) fn change(&self, of: impl Fn(usize) -> R::Vec3) -> R::Vec3 {
         let [sum, .., lifted] = self.changes(of);
@@ -89,7 +89,7 @@ impl<R: Real> Curved<R> {
     /// The gradient p of d·ŵ by the particles, along which a damper acts.
     ///
     /// It has no bound where ŵ turns in no time, as where the edge shrinks to nothing, and a damper
-    /// that stiff makes any substep unstable: a longer one is shortened, which takes less power.
+    /// that stiff makes any substep unstable. So a longer one is shortened, which takes less power.
     #[inline(always)]
     pub(super) fn gradient(&self) -> [R::Vec3; 4] {
         let sum = (self.normal + self.tilt * self.rest) * self.part;
@@ -131,8 +131,9 @@ impl<R: Real> Curved<R> {
         self.spread(change * self.part, pulls)
     }
 
-    /// At most how much each particle changes what it is off, and how stiff its turning makes that
-    /// particle beyond the square of these, for a pull of one newton: row sums of magnitudes.
+    /// Bounds of the change of the deviation by each particle, and of the stiffness that its
+    /// turning adds to that particle beyond the square of these, for a pull of one newton: row sums
+    /// of magnitudes.
     pub(super) fn bounds(&self) -> [[R; 2]; 4] {
         let length = |vector: R::Vec3| vector.dot(vector).sqrt();
         let (across, by) = (length(self.across) * self.inverse, self.rest.abs() * self.part);
@@ -156,7 +157,7 @@ fn shares<R: Real>([_, _, c, d]: [R; 4]) -> [R; 4] {
     [d - c, R::ZERO, c, -d]
 }
 
-/// The weighted sum, the edge and f of what a function says of particles.
+/// The weighted sum, the edge and f of the vectors that a function gives for particles.
 #[inline(always)]
 fn sums<R: Real>(weights: [R; 4], of: impl Fn(usize) -> R::Vec3) -> [R::Vec3; 3] {
     let first = of(0);

@@ -4,14 +4,14 @@
 //! apart, joins two records of the same lane, or, past the end of a segment, of neighbouring lanes.
 //! A *row* is up to sixteen springs of one d that start at one record, each evaluated once. A
 //! *step* is all rows that start at one record, the farthest first. The first steps of a block are
-//! its *halo*: the ends of all segments, seen from the next lane; the sums of their particles are
-//! carried on by the step that comes upon the same particles in their own lane.
+//! its *halo*: the ends of all segments, seen from the next lane. The step that comes upon the same
+//! particles in their own lane carries their sums on.
 //!
 //! In other blocks a row is up to one spring for each particle of a record, whose other ends are
-//! named one by one; a spring stands in the row of one end, such that all rows are about full.
+//! named one by one. A spring stands in the row of one end, such that all rows are about full.
 //!
 //! Every particle sums in one order, whatever the instructions and threads: see [`Sum`]. Threads
-//! evaluate *parts* of a large block, runs of steps, at the same time; the forces of a part on
+//! evaluate *parts* of a large block, runs of steps, at the same time. The forces of a part on
 //! others, and on the ends of segments, are summed separately and added before the extras. The
 //! parts depend on the springs alone, and so do the bits.
 
@@ -146,7 +146,7 @@ const GROUP: usize = 50_000 / LANES;
 /// Parts of a block, at most.
 const MOST_PARTS: usize = 16;
 
-/// Rows for each step of the halo and each part but the first, at least: the forces of a part on
+/// Rows for each step of the halo and each part but the first, at least. The forces of a part on
 /// later ones are added record by record, which takes a few percent of the time of as many rows.
 const ROWS_PER_STEP: usize = 24;
 
@@ -517,7 +517,8 @@ fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// The particles of the blocks: bodies, and what is between them. Bodies that overlap are one.
+/// The particles of the blocks: bodies, and the particles between them. Bodies that overlap are
+/// one.
 fn ranges(count: usize, bodies: &[Range<usize>]) -> Vec<Range<usize>> {
     let mut bodies: Vec<Range<usize>> =
         bodies.iter().filter(|body| !body.is_empty()).cloned().collect();

@@ -26,7 +26,7 @@ use fearless_simd::{Level, Simd};
 /// - The force of a damper also turns with the spring by b u (w − u (u·w))ᵀ / L, which is not
 ///   symmetric and is left out.
 ///
-/// Only the matrix is approximate, never the force: what is left out changes a velocity by a term
+/// Only the matrix is approximate, never the force: the omitted part changes a velocity by a term
 /// of third order in τ, and Newton iterations remove it.
 #[derive(Clone, Debug)]
 pub(crate) struct SpringMatrix<R: Real> {

@@ -329,8 +329,8 @@ impl<R: Real> Element<R> for Springs<R> {
 }
 
 /// A spring that pushes sideways more than so many times its stiffness, being crushed to less than
-/// an eleventh of its rest length, counts as one that pushes so much: the prediction sets what
-/// buckles aside, and where ends almost coincide the rounding of that would be all it sees.
+/// an eleventh of its rest length, counts as one that pushes so much. The prediction sets buckling
+/// motions aside, and where ends almost coincide their rounding would be all it sees.
 const CRUSHED: f64 = 10.0;
 
 impl<R: Real> Force<R> for Springs<R> {

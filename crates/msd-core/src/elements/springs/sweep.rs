@@ -125,7 +125,7 @@ pub(crate) fn add_column<R: Real>(column: &[R], to: &mut [R]) {
 /// one before the root and the quotient of another are done.
 const TOGETHER: usize = 8;
 
-/// Adds the springs whose other ends are named one by one, each evaluated once: the forces on those
+/// Adds the springs whose other ends are named one by one, each evaluated once. The forces on those
 /// ends are summed in quads, one for each slot, and added to the forces at the end.
 #[inline(always)]
 pub(super) fn add_named<S: Simd, R: Real, const DAMPED: bool>(

@@ -36,7 +36,7 @@ fn to_scene<R: Real>(row: &CellRow<R>) -> Volume {
     }
 }
 
-/// The diagonals of what a function says of corners.
+/// The diagonals of the vectors that a function gives for corners.
 fn diagonals<R: Real>(of: impl Fn(usize) -> R::Vec3) -> Six<R, 1> {
     DIAGONALS.map(|[from, to]| (of(to) - of(from)).components().map(|number| [number]))
 }
@@ -117,7 +117,7 @@ impl<R: Real> StencilLaw<R, 8> for VolumeLaw<R> {
         cells.subtract_parts(&shape.gradient, &pulls, to.sums);
     }
 
-    /// Without those of a negative Λ: what is left is as good for a solve, and positive for sure.
+    /// Without those of a negative Λ: the rest is as good for a solve, and positive for sure.
     fn add_blocks(cell: &Cells<R, 1>, (tau, positions): (R, &[R]), blocks: &mut [&mut [R]; 2]) {
         if cell.law.is_negative() {
             return;

@@ -5,8 +5,9 @@ use crate::number::Real;
 use crate::scene::Volume;
 use core::array::from_fn;
 
-/// The volume of a cell is a sum over six diagonals of its faces, each from one corner to another:
-/// those of three faces at corner 0, and those of the three faces at corner 7 that go there.
+/// The volume of a cell is a sum over six diagonals of its faces, each from one corner to another.
+/// They are those of three faces at corner 0, and those of the three faces at corner 7 that go
+/// there.
 pub(super) const DIAGONALS: [[usize; 2]; 6] = [[1, 7], [0, 6], [2, 7], [0, 3], [0, 5], [4, 7]];
 
 /// Numbers of some cells side by side, one in each lane.

@@ -297,8 +297,8 @@ fn turn(speed: impl Fn(f64) -> f64, last: f64) -> f64 {
 }
 
 /// Where `value`, which is positive at the first end and negative at the second, lies between 0 and
-/// `close`: false position with the weight of a retained end halved (Illinois), and bisection
-/// should that be slow.
+/// `close`. It uses false position with the weight of a retained end halved (Illinois), and
+/// bisection should that be slow.
 fn root(value: impl Fn(f64) -> f64, (mut low, mut high): (f64, f64), close: f64) -> f64 {
     // Aims at the middle of that range.
     let value = |part| value(part) - 0.5 * close;

@@ -8,7 +8,7 @@
 //! [`super::events`].
 //!
 //! Sliding and sticking are of the velocity as seen from the surface. On a curved obstacle the
-//! normal is that of each stage, and the acceleration along it is that of the curvature; the gap
+//! normal is that of each stage, and the acceleration along it is that of the curvature. The gap
 //! that a substep leaves is removed at its end.
 
 use super::meeting::Meeting;
@@ -109,7 +109,7 @@ pub(crate) struct Holds<R: Real> {
 /// The effect of meeting the obstacles.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Met {
-    /// The energies of impacts; those of what is held are in the powers of [`Holds::act`].
+    /// The energies of impacts; those of held particles are in the powers of [`Holds::act`].
     pub(crate) contacts: Contacts,
     /// Whether anything touched an obstacle.
     pub(crate) touched: bool,
@@ -264,8 +264,8 @@ impl<R: Real> Holds<R> {
     ///
     /// A particle at an obstacle is put on it and bounces if it moves into it. It is held if it is
     /// pushed into it with an acceleration a, and d + v_n²/(2 a), the top of its hop from a
-    /// distance d, is no higher than a hop. A slide that would end within a hop has ended.
-    /// `forces` are those at the state or near it, newtons.
+    /// distance d, is at most a hop high. A slide that would end within a hop has ended. `forces`
+    /// are those at the state or near it, newtons.
     pub(crate) fn meet(
         &mut self,
         (level, model): (Level, &Model<R>),

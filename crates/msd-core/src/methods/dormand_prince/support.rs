@@ -162,7 +162,8 @@ impl<R: Real> Bearings<R> {
     }
 
     /// Projects an acceleration out of the obstacles (Gauss's principle of least constraint): its
-    /// part along each normal becomes what keeps the particle on a curved or moving surface.
+    /// part along each normal becomes the one that keeps the particle on a curved or moving
+    /// surface.
     pub(crate) fn support(&self, pull: R::Vec3, constraint: Constraint) -> Support<R> {
         let (slope, pressures) = self.fit(pull, constraint, |touch| (-touch.lift, touch.reaction));
         let (mut grip, mut glued, mut least) = (R::ZERO, false, pressures[0]);
@@ -190,8 +191,8 @@ impl<R: Real> Bearings<R> {
     }
 
     /// Changes a vector until its part along each normal has the wanted value, in a direction for
-    /// each, and returns the changes as well: those along the normals first, and from there by the
-    /// method of Gauss and Seidel.
+    /// each, and returns the changes as well. Those along the normals come first, the others from
+    /// there by the method of Gauss and Seidel.
     fn fit(
         &self,
         vector: R::Vec3,

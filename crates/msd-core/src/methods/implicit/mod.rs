@@ -19,7 +19,7 @@
 //! # What to expect
 //! Backward Euler damps a mode of frequency w by (1 + h² w²)^(−1/2) per step, whatever the dampers
 //! do; that loss is not booked, so the total energy shows it. The midpoint rule damps no mode. At a
-//! step that does not resolve a stiff motion of large amplitude it neither damps nor follows it: a
+//! step that does not resolve a stiff motion of large amplitude it neither damps nor follows it. A
 //! rope of 1 m, let go level, of 1e8 N/m and of 0.1 g and 1 kg in turn, swings on under backward
 //! Euler at 1/60 s and flies apart under the linearised midpoint rule.
 //!
@@ -147,7 +147,7 @@ pub(crate) fn backward_euler<R: Real>(step: &mut StepContext<'_, R>) {
 pub(crate) fn midpoint<R: Real>(step: &mut StepContext<'_, R>) {
     // An unfinished solve is a kick of h a times the tolerance in every substep: an error that no
     // shorter step lowers. Two iterations leave but (h w)⁴ of the residual in any case (or (h c)²),
-    // which saves the order; a tolerance of 1e-3 would still show in the midpoint rule's error as
+    // which saves the order. A tolerance of 1e-3 would still show in the midpoint rule's error as
     // jumps of a fifth. For backward Euler it is far below the error of the method.
     let goal = Goal { tolerance: 1e-6, fewest: 2 };
     advance(step, Rule { fraction: 0.5, mirrors: true, goal });
@@ -171,7 +171,8 @@ fn advance<R: Real>(step: &mut StepContext<'_, R>, rule: Rule) {
         let lag = if rule.mirrors { 0.5 } else { 0.0 };
         step.finish(Way::Kicked(lag), Evaluated::Solved);
     }
-    // Friction that goes back and forth holds what should slip. A start may take a few substeps.
+    // Friction that goes back and forth holds particles that should slip. A start may take a few
+    // substeps.
     step.done.turned |= step.substeps() < 2 * scratch.course.unsettled;
     step.scratch.implicit = Some(scratch);
 }
@@ -271,7 +272,7 @@ fn improve<R: Real>(
     Ok(())
 }
 
-/// Solves until what obstacles and shells hold has settled.
+/// Solves until the particles that obstacles and shells hold have settled.
 fn go_on<R: Real>(
     (model, stage, tangent): (&Model<R>, &Stage<'_, R>, &mut Tangent<R>),
     (solve, holds, wholes): (&mut Solve<R>, &mut Holds<R>, &mut Wholes),
@@ -309,7 +310,7 @@ fn go_on<R: Real>(
             break;
         }
         let changed = holds.review(row_solve.velocities, solve);
-        // While impulses of rows change, so may what lies on obstacles.
+        // While impulses of rows change, so may the particles that lie on obstacles.
         stalls = changed && !goes_on;
         if !changed && !goes_on {
             break;
