@@ -23,8 +23,8 @@ impl<R: Real> Nearest<R> {
 /// Finds the point of a triangle that is nearest to the origin, and where two are, that of the
 /// first edge.
 ///
-/// Where the origin lies over the triangle, the weights are the areas that it makes with the edges;
-/// elsewhere the nearest point is on an edge that has the origin on its outer side (after Ericson,
+/// Where the origin lies over the triangle, the weights are the areas that it makes with the edges.
+/// Elsewhere the nearest point is on an edge that has the origin on its outer side (after Ericson,
 /// Real-Time Collision Detection, 2005, section 5.1.5). Of a triangle without an area, which has no
 /// sides, all edges are looked at. Corners that are NaN are nowhere near.
 #[inline(always)]

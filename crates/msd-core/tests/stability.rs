@@ -33,7 +33,7 @@ fn random(mut scene: Scene, damping: f64, seed: u64) -> Scene {
     scene
 }
 
-/// The scene with the particles on its hull pinned and every length `factor` times what it is.
+/// The scene with the particles on its hull pinned and every length times `factor`.
 fn stretched(mut scene: Scene, factor: f64) -> Scene {
     let reach = |values: &dyn Fn(DVec3) -> f64| {
         let all = scene.particles.iter().map(|particle| values(particle.position));
@@ -133,7 +133,7 @@ fn springs_whose_ends_almost_coincide_set_no_limit() {
         for integrator in DAMPED_OR_NOT {
             let predicted = start.stable_substep_of(integrator, 4);
             let safe = start.guaranteed_substep(integrator);
-            // Sums of rows are two to four times what a lattice has.
+            // Sums of rows are two to four times those of a lattice.
             assert!((safe..5.0 * safe).contains(&predicted), "{gap}, {integrator}: {predicted} s");
         }
     }

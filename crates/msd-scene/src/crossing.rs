@@ -15,7 +15,7 @@ pub struct Triangle {
 /// Sees each two triangles that have no particle in common and of which an edge of one passes
 /// through the inside of the other, by their particles.
 ///
-/// Signs of volumes are exact (Shewchuk, 1997): what only touches does not cross.
+/// Signs of volumes are exact (Shewchuk, 1997): triangles that only touch do not cross.
 pub fn each_crossing(triangles: Vec<Triangle>, mut see: impl FnMut([[usize; 3]; 2])) {
     for_each_beside(triangles, |triangle, other| {
         if triangle.meets(other) && triangle.crosses(other) {

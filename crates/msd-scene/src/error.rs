@@ -1,4 +1,4 @@
-//! Errors of files and of what they ask for; every message is one line for each refusal.
+//! Errors of files and of their content; every message is one line for each refusal.
 
 use crate::mesh::MeshError;
 use crate::shown::tame;
@@ -47,7 +47,7 @@ pub enum FileError {
     UnknownScene {
         /// The name that the user wrote.
         name: String,
-        /// The nearest names, or what there is.
+        /// The nearest names, or all names.
         hint: String,
     },
     /// Text that does not follow its format, or rows that do not fit together.
@@ -244,7 +244,7 @@ pub fn plain(number: f64) -> String {
     if long { format!("{number:e}") } else { number.to_string() }
 }
 
-/// The name nearest to what was written, if one is near enough to be meant.
+/// The name nearest to the written one, if one is near enough to be meant.
 pub fn nearest<'n>(written: &str, names: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     let written = written.to_lowercase();
     let scored = names.into_iter().map(|name| (likeness(&written, &name.to_lowercase()), name));

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 pub struct Loaded {
     /// The name of the scene, without folder and extension.
     pub name: String,
-    /// One line on what is seen.
+    /// A description in one line.
     pub title: String,
     /// The rows.
     pub scene: Scene,
@@ -40,8 +40,8 @@ pub struct Loaded {
     /// a saved run. Not saved.
     #[serde(skip)]
     pub made: Vec<Option<Made>>,
-    /// The springs of each body, and of each row of links after them, with what their rest lengths
-    /// are multiplied by; nothing of a saved run. Not saved.
+    /// The springs of each body, and of each row of links after them, with the factors of their
+    /// rest lengths; empty for a saved run. Not saved.
     #[serde(skip)]
     pub rest_scales: Vec<(Range<usize>, f64)>,
     /// The particles of each row of pins that names a set, by that name, or as `pins[1]` where an
@@ -52,7 +52,8 @@ pub struct Loaded {
     /// newtons; `None` without a wind. In a saved run it follows the rest.
     #[serde(skip)]
     pub wind: Option<(Wind, DVec3)>,
-    /// Of a saved run: how far it is, and what holds it. The scene alone is how it stands then.
+    /// Progress of a saved run, from which it resumes. The scene alone has its current places and
+    /// velocities.
     pub progress: Option<Box<Progress>>,
 }
 
@@ -77,7 +78,8 @@ impl Loaded {
         }
     }
 
-    /// The scene to be run from time 0 where a saved run is: what moves is as far on its way.
+    /// The scene to be run from time 0 at the state of a saved run: its motions are as far on their
+    /// way.
     pub fn restarted(mut self) -> Self {
         if let Some(progress) = &self.progress {
             self.scene.guides.clone_from(&progress.guides);

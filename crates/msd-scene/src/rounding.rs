@@ -3,8 +3,8 @@
 use crate::precision::Precision;
 use msd_core::{Real, Scene};
 
-/// The part of the energy at stake from which on rounding is reported: every substep rounds anew,
-/// and dampers burn what that adds, many times as much in a second.
+/// The part of the energy at stake from which on rounding is reported. Every substep rounds anew,
+/// and dampers dissipate the energy that this adds, many times as much in a second.
 const SMALL: f64 = 1e-3;
 /// The stretch of a spring, as a part of its rest length, that is at stake in any scene: one that
 /// has come to rest without gravity has no other energy.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// From where the author of a scene wants it looked at; what is not given is chosen by the scene.
+/// The viewpoint that the author of a scene gives; missing parts follow from the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Viewpoint {
     /// Azimuth about the vertical, degrees; at 0 the camera is on the +z side.

@@ -159,8 +159,9 @@ impl<R: Real> Simulation<R> {
 
     /// Advances by one step unless shells may cross in it, see [`Ledger::passes`]. Neither does it
     /// advance if a surface turns in a substep by more than a tenth of a radian on the way of a
-    /// particle that meets it, or moves by half of its thickness, or if energy appears that nothing
-    /// supplied, a tenth of that in motion. Returns whether it did. If not, everything is restored.
+    /// particle that meets it, or moves by half of its thickness, if friction does not settle, or
+    /// if energy appears that nothing supplied, a tenth of that in motion. Returns whether it did.
+    /// If not, everything is restored.
     ///
     /// # Errors
     /// See [`Simulation::step`].

@@ -11,7 +11,7 @@ use std::ops::Range;
 const NAN: f64 = f64::NAN;
 const INF: f64 = f64::INFINITY;
 
-/// A change to what is valid.
+/// A change to valid rows.
 type Change<T> = fn(&mut T);
 
 const PLANE: Plane =

@@ -424,8 +424,8 @@ fn change_of_a_pressed_particle(start: f64, damping: f64, settings: Settings) ->
     (run.energy().total() - before) / before
 }
 
-/// The floor takes what is left of the energy, and not what the spring holds where the substep
-/// ended below it: at most (h w)² of all.
+/// The floor takes the rest of the energy, but not the energy of the spring where the substep ended
+/// below it: at most (h w)² of all.
 #[test]
 fn a_spring_that_presses_onto_a_floor_keeps_no_energy_of_below_it() {
     let integrator = Integrator::VelocityVerlet;

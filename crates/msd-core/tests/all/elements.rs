@@ -117,7 +117,7 @@ fn an_element_of_a_callers_own_passes_the_checks_it_should_and_no_other() {
     assert!(testing::check_reaction(&Bowl, &state).is_err());
 }
 
-/// A wrong element: its energy is half of what its forces say.
+/// A wrong element: its energy is half of that of its forces.
 #[derive(Debug)]
 struct Wrong;
 

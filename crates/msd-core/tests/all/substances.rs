@@ -50,7 +50,7 @@ fn linear_forces(part: &Part, displacement: impl Fn(DVec3) -> DVec3) -> Vec<DVec
 }
 
 /// Asserts that a uniform strain of a lattice meets, at every particle, the force of a uniform
-/// stress on what the particle has of the surface of the body: none inside.
+/// stress on the share of the particle in the surface of the body: none inside.
 ///
 /// Under shear a corner of a block has a force along the third axis too, as one space diagonal ends
 /// there and no other balances it; those of the eight corners balance one another.

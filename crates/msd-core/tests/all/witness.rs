@@ -29,7 +29,7 @@ fn explicit_euler_without_damping_is_told() {
     let before = simulation.energy().total();
     let gain = told(&mut simulation, 200);
     let grown = simulation.energy().total() - before;
-    // At least what the lowest of the last window had: it grew by a sixth over a window, and the
+    // At least that of the lowest of the last window: it grew by a sixth over a window, and the
     // last may be one window old.
     assert!(0.5 * grown < gain && gain <= grown, "{gain} of {grown}");
 }
@@ -208,7 +208,7 @@ fn an_energy_that_is_no_number_is_an_infinite_gain() {
     assert_eq!(witness.gain(), 0.0);
 }
 
-/// A scene far away, falling on a floor: what must be moved.
+/// A scene far away, falling on a floor, which must be moved.
 fn on_a_slope() -> Scene {
     let particle =
         Particle { position: DVec3::new(0.25, 1.0, 0.5), velocity: DVec3::ZERO, mass: 1.0 };
@@ -254,7 +254,7 @@ fn a_scene_without_particles_or_with_a_plane_without_direction_is_moved_all_the_
 #[test]
 fn a_gain_that_dampers_dissipate_at_once_is_in_the_balance() {
     // The kinetic energy of a mass that a damper would stop is kept up by a faulty method: it stays
-    // as it was while the damper books its work.
+    // constant while the damper books its work.
     let mut witness = Witness::default();
     for sample in 0..512 {
         let dissipated = 0.01 * f64::from(sample);
@@ -342,7 +342,7 @@ fn energy_that_nothing_took_is_a_loss_and_what_dampers_took_is_none() {
     // The highest of the last window, which begins at sample 144.
     assert!((decays(0.0) - 0.005 * 144.0).abs() < 1e-12, "{}", decays(0.0));
     assert_eq!(decays(1.0), 0.0);
-    // A tenth of what was in motion is allowed.
+    // A tenth of the energy in motion is allowed.
     assert_eq!(decays(0.9), 0.0);
 }
 
@@ -377,7 +377,7 @@ fn a_hundred_oscillators_that_gain_or_lose_energy_by_their_method_are_all_told()
         let mut run = simulation::<f64>(&scene, Integrator::ExplicitEuler, z / w);
         let witness = witnessed(&mut run, 159);
         assert!(0.0 < witness.gain() && 0.0 < witness.surplus(), "explicit Euler, h w = {z}");
-        // Its gain is at least what the lowest of the last window had, from sample 144 on.
+        // Its gain is at least that of the lowest of the last window, from sample 144 on.
         let grown = (1.0 + z * z).powi(144) - 1.0;
         let stored = 0.1 * 0.1 * scene.springs[0].stiffness / 2.0;
         assert!(grown < 1.01 * witness.gain() / stored, "{} of {grown}", witness.gain() / stored);

@@ -37,7 +37,7 @@ pub fn slide<R: Real>(integrator: Integrator) -> Measures {
         let a = G * (sine - friction * cosine);
         let off = ((centre(&simulation) - start).length() - 1.5 * a).abs();
         // A method of first order is half a substep early; friction is found to a hundredth inside
-        // a solve, and what vibrates under explicit Euler lifts its sole.
+        // a solve, and a block that vibrates under explicit Euler lifts its sole.
         let part = if integrator == Integrator::ExplicitEuler { 0.02 } else { 0.01 };
         let bound =
             part * G * friction * cosine + a * settings.substep() + slope.rounding::<R>() / H;

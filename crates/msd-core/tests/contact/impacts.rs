@@ -156,8 +156,8 @@ pub fn times_of_impacts<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// Friction takes back some of the way of a substep, along a tangent. Velocity Verlet and RK4 put
-/// what lands on the ball itself; the others leave it above by the square of the way.
+/// Friction takes back some of the way of a substep, along a tangent. Velocity Verlet and RK4 put a
+/// particle that lands on the ball itself; the others leave it above by the square of the way.
 pub fn lands_on_rough_balls<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     for friction in [0.1, 2.0] {
@@ -186,7 +186,7 @@ pub fn lands_on_rough_balls<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// A ball that goes into the floor leaves what lies there no room; one that stays above it does, as
+/// A ball that goes into the floor leaves particles there no room; one that stays above it does, as
 /// does a groove of 60°. Dormand-Prince meets one after the other, in no time.
 pub fn rooms<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();

@@ -13,7 +13,8 @@ use std::f64::consts::FRAC_PI_2;
 
 pub const MASS: f64 = 0.3;
 
-/// The methods that book in contacts what carries a particle; others have it in their solutions.
+/// The methods that book the work of carrying a particle in contacts; others have it in their
+/// solutions.
 const BOOKED: [Integrator; 5] = [
     Integrator::ExplicitEuler,
     Integrator::SymplecticEuler,
@@ -115,7 +116,8 @@ pub fn tilts<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// Through key frames: what lies on it is lifted by half a metre, with 3 m/s² at most, and stays.
+/// Through key frames: it lifts a particle on it by half a metre, with 3 m/s² at most, and the
+/// particle stays.
 pub fn lifts<R: Real>(integrator: Integrator) -> Measures {
     let (mut measures, name) = (Measures::default(), "half space");
     let flat = Solid::new(Shape::HalfSpace);
@@ -154,7 +156,8 @@ pub fn belt<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// A platform that lifts and shifts what friction holds on it, fast: it weighs a third at the end.
+/// A platform that lifts and shifts a particle that friction holds on it, fast: the particle weighs
+/// a third at the end.
 pub fn platform<R: Real>(integrator: Integrator) -> Measures {
     let (mut measures, name) = (Measures::default(), "box");
     let key = |time, position| KeyFrame { time, position, axes: rotation(DVec3::Y, 0.0) };
@@ -290,8 +293,9 @@ pub fn pressing_wall<R: Real>(integrator: Integrator) -> Measures {
         let name = format!("{substeps} substeps");
         let simulation = after::<R>(&scene, (integrator, substeps), 90, (&mut measures, &name));
         // A method of first order takes the force of either end of each substep: half of the way in
-        // one, 0.1 m in a second, times 40 N; one of second order is off by (h w)²/8 of the energy,
-        // Dormand-Prince by its tolerance times 40 N in each step. Implicit midpoint is exact.
+        // one, 0.1 m in a second, times 40 N. A method of second order is off by (h w)²/8 of the
+        // energy, Dormand-Prince by its tolerance times 40 N in each step. Implicit midpoint is
+        // exact.
         let h = simulation.settings().substep();
         let late = match integrator {
             Integrator::DormandPrince => 90.0 * 1e-6 * 40.0,

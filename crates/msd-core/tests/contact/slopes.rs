@@ -83,7 +83,7 @@ pub fn slopes_slide<R: Real>(integrator: Integrator) -> Measures {
             let way = slope.down * (0.5 * rate * seconds * seconds);
             let off = (simulation.position(0).to_f64() - before - way).length();
             // Methods of order one are half a substep early or late. Those of a higher order are
-            // right under a constant force: 1e-6 is what a solver may leave.
+            // right under a constant force: 1e-6 is the tolerance of a solver.
             let late = if integrator.order() == 1 { 0.51 * rate * H * seconds } else { 0.0 };
             let solved = if is_double::<R>() { 1e-6 * way.length() } else { 0.0 };
             let bound = late + solved + rounded::<R>(seconds, slope.reach());

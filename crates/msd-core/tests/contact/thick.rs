@@ -133,7 +133,8 @@ pub fn half_spaces<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// Neither planes nor half spaces have an end: what falls a thousand kilometres away lies on them.
+/// Neither planes nor half spaces have an end: a particle that falls a thousand kilometres away
+/// lies on them.
 pub fn fall_far_away<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     let solid = Solid { springs: true, ..Solid::new(Shape::HalfSpace) };

@@ -61,8 +61,8 @@ pub fn particle(position: DVec3, velocity: DVec3) -> Scene {
 /// The speed below which something rests, metres per second.
 ///
 /// In f64 1e-9: a millimetre in eleven days. Never less than rounding. Each impulse rounds, and
-/// that of a steep wall is many times the weight of a substep; and a place `reach` metres from
-/// where gaps are measured, put back by two roundings in a substep, has that as its speed.
+/// that of a steep wall is many times the weight of a substep. A place `reach` metres from where
+/// gaps are measured, put back by two roundings in a substep, has that as its speed.
 pub fn still<R: Real>(reach: f64) -> f64 {
     let epsilon = R::EPSILON.to_f64();
     (epsilon * (64.0 * G * H + 2.0 * reach / H)).max(1e-9)

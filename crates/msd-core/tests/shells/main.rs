@@ -82,7 +82,7 @@ fn a_cube_on_its_twin_stays_on_it() {
             let [below, above] =
                 [low.clone(), high.clone()].map(|all| centre(&simulation, all).0.y);
             let apart = above - below;
-            // A side and both thicknesses, 62 mm, less what weight presses together: the lower
+            // A side and both thicknesses, 62 mm, less the compression by the weight: the lower
             // cube by some 3/2 ρ g L²/E, 1.3 mm above its centre, the upper by a half of that.
             assert!((0.0590..0.0620).contains(&apart), "{integrator} {substeps}: {apart}");
         }

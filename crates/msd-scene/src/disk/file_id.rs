@@ -33,8 +33,8 @@ pub enum FileId {
 }
 
 impl FileId {
-    /// The identity of what a path names; none for a device or pipe, which many may share, and for
-    /// a file in a folder that is not there.
+    /// The identity of the file at a path; none for a device or pipe, which many may share, and for
+    /// a file in a missing folder.
     pub fn of(path: &Path) -> Option<Self> {
         match std::fs::metadata(path) {
             Ok(about) if about.is_file() => FileId::there(&about, path),

@@ -43,7 +43,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
 
 impl Output {
     /// Opens a file beside `path`, so that a folder that cannot be written to is found before a
-    /// long run and not after it. Removes what a killed program left of the same file.
+    /// long run and not after it. Removes the part that a killed program left of the same file.
     ///
     /// # Errors
     /// [`FileError::Unwritable`] for a folder that does not exist or may not be written to, for a
@@ -129,7 +129,8 @@ impl Output {
             });
         }
         part.persist(&place).map_err(|error| refused(reason(&error.error)))?;
-        // Who goes on writing here writes to no part any more; a lock that cannot be, is none.
+        // A writer that goes on here no longer writes to a part; a file system without locks has
+        // none to release.
         let _ = file.unlock();
         Ok(file)
     }
@@ -178,7 +179,7 @@ fn is_stream(about: &Metadata) -> bool {
 }
 
 /// Opens the file beside a place. Its name follows from that of the place, so that a later run
-/// finds what a killed one left; who writes it holds a lock, which goes with the process.
+/// finds the part that a killed one left. The writer holds a lock, which goes with the process.
 fn open_part(place: &Path, old: Option<&Metadata>) -> io::Result<(File, TempPath)> {
     let name = place.file_name().unwrap_or_default().as_encoded_bytes();
     // Not the name itself: with more around it, it may be too long.
@@ -209,7 +210,7 @@ fn new_file(part: &Path, old: Option<&Metadata>) -> io::Result<File> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
-        // Open to no more than what it takes the place of; of a new file the umask says.
+        // Open to no more users than the file that it replaces; for a new file the umask decides.
         options.mode(old.map_or(0o666, |old| old.permissions().mode() & 0o777 | 0o600));
     }
     #[cfg(not(unix))]
@@ -217,7 +218,7 @@ fn new_file(part: &Path, old: Option<&Metadata>) -> io::Result<File> {
     options.open(part)
 }
 
-/// Removes what a killed program left; what somebody still writes is locked.
+/// Removes the part that a killed program left; a part that is still being written is locked.
 fn clear(part: &Path) {
     if !std::fs::symlink_metadata(part).is_ok_and(|about| about.is_file()) {
         return;
@@ -246,7 +247,7 @@ fn takes_after(_: &File, _: &Metadata) -> bool {
     true
 }
 
-/// Writes what is in a file over the one at a place, which keeps everything but its content.
+/// Writes the content of a file over the one at a place, which keeps everything else.
 fn overwrite(file: &mut File, place: &Path) -> io::Result<File> {
     let mut target = OpenOptions::new().write(true).open(place)?;
     file.rewind()?;

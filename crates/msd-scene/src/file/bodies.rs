@@ -96,7 +96,7 @@ impl Builder<'_> {
         Ok(Built { part, own_sets: OwnSets::Lattice(lattice), made })
     }
 
-    /// Damps a body that is made of a substance, checks its numbers and says what it is made of.
+    /// Damps a body that is made of a substance, checks its numbers and returns its material.
     fn finish(
         &mut self,
         row: usize,

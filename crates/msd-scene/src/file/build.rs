@@ -54,7 +54,7 @@ pub(crate) fn understand(
     understand_rows(source, decode(source).map_err(elsewhere)?, read_mesh)
 }
 
-/// Understands rows; what is wrong with them is named by its place in their source.
+/// Understands rows; errors name the place in their source.
 ///
 /// # Errors
 /// The first thing that is wrong, by key.
@@ -158,8 +158,8 @@ fn join(
     Ok(Joined { rest_scales, held })
 }
 
-/// The springs of each body and of each row of links, which follow those of a scene, with what
-/// their rest lengths are multiplied by.
+/// The springs of each body and of each row of links, which follow those of a scene, with the
+/// factors of their rest lengths.
 fn rest_scales(
     scene: &Scene,
     file: &SceneFile,

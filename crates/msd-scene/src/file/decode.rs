@@ -192,7 +192,7 @@ fn shown(value: Unexpected<'_>) -> String {
     }
 }
 
-/// Says for a person what serde expects for a programmer.
+/// Puts an expectation of serde, which is for programmers, into words for a user.
 fn in_words(expected: &str) -> String {
     let words = match expected {
         "u32" => "a whole number from 0 to 4294967295",
@@ -343,7 +343,7 @@ struct List<'de> {
 }
 
 impl List<'_> {
-    /// A visitor of fixed length stops early: what is left over is refused.
+    /// A visitor of fixed length stops early: further elements are refused.
     fn finish<T>(&self, value: T) -> Result<T, Failure> {
         if self.next == self.rows.len() {
             return Ok(value);

@@ -52,7 +52,7 @@ pub fn look_of(row: LookRow, is_sheet: bool) -> Result<Look, FileError> {
     look(&source, (0, &BodyRow { look: Some(row), ..BodyRow::default() }), is_sheet)
 }
 
-/// A look as a row: a finish, and what differs from it.
+/// A look as a row: a finish, and the differences from it.
 pub fn look_row(look: &Look) -> LookRow {
     let finish = Finish::of(look);
     let usual = finish.look();

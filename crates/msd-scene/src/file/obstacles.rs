@@ -33,7 +33,7 @@ pub(crate) fn plane(
 /// The keys `restitution`, `friction`, `tangential_loss` and `sticky` of a surface.
 type SurfaceKeys = (Option<f64>, Option<f64>, Option<f64>, Option<bool>);
 
-/// Restitution and friction of the surface of what stands at `key`.
+/// Restitution and friction of the surface of the obstacle at `key`.
 fn surface(
     source: &Source<'_>,
     key: &str,

@@ -178,7 +178,7 @@ fn factor(path: &str, parts: u64, dimensions: u32) -> f64 {
     find(path).map_or(1.0, |key| key.scale.factor(parts, dimensions))
 }
 
-/// The world of finer bodies: what acts on each particle is shared out among more.
+/// The world of finer bodies: forces on each particle are shared out among more.
 fn world(
     source: &Source<'_>,
     (world, coarse): (&WorldRow, &Scene),
@@ -208,7 +208,7 @@ fn world(
     })
 }
 
-/// The pins of the finer scene: what stands where a pin was, and what stands between pins.
+/// The pins of the finer scene: the particles in the places of pins, and those between pins.
 fn pins(
     source: &Source<'_>,
     (pins, coarse): (&[PinRow], &Scene),
@@ -365,7 +365,7 @@ fn materials(
     file.materials.iter().enumerate().map(fine).collect()
 }
 
-/// The links of the finer scene: each joins what stands where its ends stood.
+/// The links of the finer scene: each joins the particles in the places of its ends.
 fn links(
     source: &Source<'_>,
     coarse: &Scene,

@@ -19,7 +19,7 @@ const MOST_SOUGHT: usize = 4000;
 /// The strain of a column at its foot under its own weight, by Hooke's law, above which it is said.
 const MOST_STRAIN: f64 = 0.5;
 
-/// The keys of a substance in a row, each with what it is given as.
+/// The keys of a substance in a row, each with its value.
 fn given(body: &BodyRow) -> [(&'static str, Option<f64>); 15] {
     [
         ("young", body.young),
@@ -40,7 +40,7 @@ fn given(body: &BodyRow) -> [(&'static str, Option<f64>); 15] {
     ]
 }
 
-/// The first key of a row that says what the body is made of.
+/// The first key of a row that names the material of the body.
 pub(super) fn first_key(body: &BodyRow) -> Option<&'static str> {
     // That of a mesh is a part of the stiffness of its other springs.
     let means_else = |key| body.kind == Kind::Mesh && key == "bending";
@@ -59,7 +59,7 @@ struct Keys<'k> {
     material: Option<Numbers>,
 }
 
-/// Reads what body number `row`, which may be a shell of a mesh, is made of; `None` where it is
+/// Reads the material of body number `row`, which may be a shell of a mesh; `None` where it is
 /// given by masses and springs.
 ///
 /// # Errors
@@ -243,7 +243,7 @@ impl Keys<'_> {
         let least = 0.25 * (warp + weft);
         if bias < least {
             let limit = "(bending_warp + bending_weft)/4";
-            // The others may be those of a material: what is named was written.
+            // The others may be those of a material: the message names a key that was written.
             let is_own = self.of_row("bending_bias").is_some();
             let written = of_row.filter(|_| !is_own).unwrap_or("bending_bias");
             let expected = match is_own {

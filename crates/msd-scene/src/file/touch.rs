@@ -185,7 +185,7 @@ fn other_body<'w>(
     Err(source.refuse(format_args!("{key}"), reason))
 }
 
-/// Sets how bodies meet those of a material; what an entry says of a single body stands.
+/// Sets the contact of bodies with those of a material; an entry for a single body stands.
 fn meet_materials(
     source: &Source<'_>,
     bodies: &[BodyRow],
@@ -446,8 +446,8 @@ fn spacing_of(scene: &Scene, row: usize, particles: &[usize]) -> Option<f64> {
 /// side: across, (√2 − 1).
 const HOLE: f64 = 0.414;
 
-/// The least extent of a shape and the next, metres; of a mesh both are that of the largest ball in
-/// it, or a cell where none is seen: a run reports what passes through thin parts.
+/// The least extent of a shape and the next, metres. Of a mesh both are that of the largest ball in
+/// it, or a cell where none is seen: a run reports particles that pass through thin parts.
 fn extents(shape: &Shape) -> [f64; 2] {
     let thickness = shape.thickness();
     match *shape {
@@ -465,8 +465,8 @@ fn extents(shape: &Shape) -> [f64; 2] {
     }
 }
 
-/// A line on each solid and body that pass through each other: particles on both sides of what is
-/// thinner than they are apart, or what fits through the squares of a sheet.
+/// A line on each solid and body that pass through each other. Such a solid is thinner than the
+/// distance of two particles, or fits through the squares of a sheet.
 pub(crate) fn pierced(scene: &Scene) -> Vec<String> {
     let mut notes = Vec::new();
     let extents: Vec<_> = scene.solids.iter().map(|solid| extents(&solid.shape)).collect();

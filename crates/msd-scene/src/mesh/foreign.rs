@@ -1,6 +1,6 @@
 //! Files that are not the mesh that their names promise.
 
-/// Beginnings of files, each with what the file is and what to do about it.
+/// Beginnings of files, each with the format of the file and advice.
 const BEGINNINGS: [(&[u8], &str); 12] = [
     (b"version https://git-lfs", "a Git LFS pointer, not the file itself: run `git lfs pull`"),
     (b"PK\x03\x04", "a ZIP archive: unpack it"),

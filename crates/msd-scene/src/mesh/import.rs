@@ -282,7 +282,7 @@ fn read_bytes(path: &Path, name: &str) -> Result<Vec<u8>, MeshError> {
     std::fs::read(path).map_err(|error| unreadable(error.to_string()))
 }
 
-/// Turns the %20 of an address back into what it stands for.
+/// Turns the %20 of an address back into its character.
 fn decode_percent(address: &str) -> String {
     let mut bytes = Vec::with_capacity(address.len());
     let mut rest = address.as_bytes();

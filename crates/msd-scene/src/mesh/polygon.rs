@@ -22,7 +22,7 @@ pub(crate) struct Cut {
     pub(crate) crossed: bool,
 }
 
-/// Cuts a polygon into triangles that cover what it covers; `None` if it has too many corners.
+/// Cuts a polygon into triangles that cover the same area; `None` if it has too many corners.
 ///
 /// A fan around the first corner wherever that covers the polygon. A hole may be joined to the
 /// outline by a slit, along which it runs twice.
@@ -192,7 +192,7 @@ mod tests {
         corners.iter().map(|&[x, y]| DVec3::new(x.into(), y.into(), 0.0)).collect()
     }
 
-    /// Twice the area that the triangles cover, and what each covers is counted once.
+    /// Twice the sum of the areas of the triangles, each of which is positive.
     fn covered(corners: &[DVec3]) -> f64 {
         let cut = cut(corners).unwrap();
         assert!(!cut.crossed);

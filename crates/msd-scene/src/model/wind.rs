@@ -17,7 +17,7 @@ pub struct Wind {
     pub strength: f64,
     /// Where it blows to: angle about the y axis, radians; 0 is the x axis, a quarter turn −z.
     pub heading: f64,
-    /// By what part of its strength it comes and goes, 0 to 1.
+    /// The part of its strength by which it comes and goes, 0 to 1.
     pub gusts: f64,
 }
 

@@ -1,4 +1,4 @@
-//! The envelope of files of msd: what it is, by which format it was made, and that it is whole.
+//! The envelope of files of msd: their kind, their format, and a hash of each frame.
 //!
 //! A file starts with a line of text, `msd KIND, format N`. Frames follow: the length of their
 //! content (8 bytes, the lowest first), the content, and its BLAKE3 hash (O'Connor and others,
@@ -66,7 +66,7 @@ impl FileKind {
     /// Reads a file into memory once its first line is that of this kind.
     ///
     /// # Errors
-    /// A file that cannot be read, and what [`FileKind::frames`] refuses.
+    /// A file that cannot be read, and the errors of [`FileKind::frames`].
     pub fn load(&self, path: &Path) -> Result<Vec<u8>, FileError> {
         let file = shown_path(path);
         let refused = |reason: String| FileError::Unreadable { file: file.clone(), reason };
@@ -182,7 +182,7 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// The error of a frame whose content is not what was written.
+    /// The error of a frame whose content differs from what was written.
     pub fn damaged(&self) -> FileError {
         self.malformed("is damaged: its checksum does not fit")
     }

@@ -13,7 +13,7 @@ use std::path::Path;
 /// The file extension of a saved run.
 pub(crate) const ENDING: &str = "msd";
 
-/// Raised whenever what is written changes its form.
+/// Raised whenever the written form changes.
 const KIND: FileKind = FileKind { what: "saved run", format: 17, oldest: 16 };
 
 /// Writes a run into a file that appears whole, or stays the old one, whatever

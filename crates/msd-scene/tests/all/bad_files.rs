@@ -497,7 +497,7 @@ fn what_is_wrong_with_a_mesh_is_told_by_row_value_and_domain() {
     facet[12..16].copy_from_slice(&f32::INFINITY.to_le_bytes());
     check_mesh(Stl, &binary(1, &facet), "vertex 0: x is inf; it must be finite and within ±1e9");
     check_mesh(Stl, &[b'x'; 90], "");
-    // Headers that announce what would fill the memory.
+    // Headers that announce more rows than fit the memory.
     let told = "the header announces 214748364750 bytes of facets, but only 0 follow";
     check_mesh(Stl, &binary(u32::MAX, &[]), told);
     for format in ["ascii", "binary_little_endian", "binary_big_endian"] {

@@ -1,4 +1,4 @@
-//! Bodies from meshes that are made of a material: their mass, and what they stretch by.
+//! Bodies from meshes that are made of a material: their mass, and their stretch.
 
 use msd_core::glam::DVec3;
 use msd_core::{Elasticity, Part, Substance};

@@ -418,7 +418,7 @@ fn links_beyond_the_memory_are_refused_before_they_are_made() {
     assert!(message.contains("links[") && message.contains("asks for"), "{message}");
 }
 
-/// The examples of the documentation that are whole scenes, by what follows their heading.
+/// The examples of the documentation that are whole scenes, by the text after their heading.
 fn examples() -> Vec<&'static str> {
     let docs = include_str!("../../../../docs/reference/scenes.md");
     let blocks = docs.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next());

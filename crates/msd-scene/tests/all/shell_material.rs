@@ -158,7 +158,7 @@ fn triangles_pulled(part: &Part) -> [f64; 2] {
             let (along, beside) = (first * cosine + second * sine, second * cosine - first * sine);
             let strain = |way: DVec3| along.dot(way).powi(2) - beside.dot(way).powi(2) / 3.0;
             let of = |edge: &DVec3| strain(*edge).powi(2) / edge.length_squared().powi(2);
-            // Over E t A/2: what a pull of one strain stores in a sheet.
+            // Over E t A/2, the energy that a pull of one strain stores in a sheet.
             let part: f64 = edges.iter().map(of).sum();
             sums[0] += area * part / 12.0;
             sums[1] += area * (part - 1.0).powi(2) / 12.0;

@@ -1,4 +1,4 @@
-//! Keys of a scene file, one row each: what is read, checked, refined and documented.
+//! Keys of a scene file, one row each: the source of reading, checks, refinement and documentation.
 //!
 //! The rows of [`schema`](super::schema) are written once, by `rows!`, which makes of each the
 //! field that serde reads and the row of a [`KeyTable`]. From the tables come the domain of a
@@ -41,7 +41,7 @@ pub struct KeyRow {
     pub scale: Scale,
     /// The way in which its value, or a value inside it, reaches a run that goes on.
     pub live: Live,
-    /// The keys of its table that say otherwise what it says: a scene has it or them.
+    /// The keys of its table that say the same in another way: a scene has it or them.
     pub instead_of: &'static [&'static str],
 }
 
@@ -122,7 +122,7 @@ impl Scale {
     pub const STAYS: Scale = Scale { parts: 0, dimensions: 0 };
     /// A length along the spacing.
     pub const LENGTH: Scale = Scale { parts: -1, dimensions: 0 };
-    /// The share of a particle in what its body has.
+    /// The share of a particle in a quantity of its body.
     pub const SHARE: Scale = Scale { parts: 0, dimensions: -1 };
     /// The stiffness or damping of a spring of a body whose moduli stay.
     pub const SPRING: Scale = Scale { parts: 2, dimensions: -1 };

@@ -183,7 +183,7 @@ impl Anchors {
     }
 }
 
-/// A length in six digits, none shorter: whoever takes it has the length.
+/// A length in six digits, rounded up: a user who enters it has the length.
 fn rounded_up(length: f64) -> f64 {
     let rounded = |length: f64| format!("{length:.5e}").parse().unwrap_or(length);
     let near = rounded(length);

@@ -125,7 +125,7 @@ enum Change {
 }
 
 impl Change {
-    /// Stiffness and damping, or modulus and its damping, from what they were.
+    /// Stiffness and damping, or modulus and its damping, from their previous values.
     fn of(&self, [stiffness, damping]: [f64; 2]) -> [f64; 2] {
         match *self {
             Change::Springs { stiffness: own, damping: lost, usual } => {
@@ -142,7 +142,7 @@ impl Change {
     }
 }
 
-/// The change of the row at `key`, checked against what its body is made of.
+/// The change of the row at `key`, checked against the material of its body.
 fn change(
     sets: &NamedSets<'_>,
     (key, row): (&str, &MaterialRow),

@@ -1,9 +1,9 @@
 //! Particles of bodies as rows choose them: one by its number or its place, every n-th of the top
-//! row, or a set; [`pins`] hold them, [`links`] join them and [`materials`] say what the springs
-//! between them are.
+//! row, or a set; [`pins`] hold them, [`links`] join them and [`materials`] set the springs between
+//! them.
 //!
-//! A lattice has sets by its shape, a mesh those of its surface and what its file names; others are
-//! the particles inside a box or a sphere at the start.
+//! A lattice has sets by its shape, a mesh those of its surface and those that its file names;
+//! others are the particles inside a box or a sphere at the start.
 
 pub(crate) mod own;
 pub(crate) mod materials;

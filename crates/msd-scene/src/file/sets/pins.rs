@@ -1,4 +1,4 @@
-//! Pins, what guides them, and masses of chosen particles.
+//! Pins, their guides, and masses of chosen particles.
 
 use super::{NamedSets, solid};
 use crate::error::FileError;
@@ -10,7 +10,7 @@ use glam::{DMat3, DVec3};
 use msd_core::{Guide, KeyFrame, Lead, Pin, Scene, Solid};
 use std::collections::BTreeMap;
 
-/// The pins of all rows, and what guides some of them.
+/// The pins of all rows, and the guides of some of them.
 ///
 /// # Errors
 /// A row that chooses no particle, or one that is pinned already; sets may share particles that

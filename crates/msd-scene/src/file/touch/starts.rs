@@ -160,7 +160,7 @@ struct Overlap {
     is_at_one_point: bool,
 }
 
-/// The line on a body of which particles overlap another one, and on what contact does then.
+/// The line on a body of which particles overlap another one, and on the response of contact.
 fn overlapping([inner, outer]: [&Outside<'_>; 2], found: &[Overlap]) -> String {
     let deepest = found.iter().map(|overlap| overlap.depth).fold(0.0, f64::max);
     let inside = found.iter().filter(|overlap| overlap.is_inside).count();

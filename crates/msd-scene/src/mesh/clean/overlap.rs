@@ -1,4 +1,4 @@
-//! Closed parts of a mesh that overlap: what they share counts twice in its volume.
+//! Closed parts of a mesh that overlap: the shared space counts twice in its volume.
 
 use crate::crossing::{Triangle, each_crossing};
 use crate::mesh::clean::inside::Inside;

@@ -12,7 +12,7 @@ use std::ops::Range;
 /// The fewest faces of a closed part.
 const FEWEST: usize = 4;
 
-/// The owner of what no closed part owns.
+/// The owner of faces and vertices that no closed part owns.
 const OPEN: u32 = 0;
 
 /// The smallest volume of a part, as a share of the cube of its reach: a sheet closes too where
@@ -58,7 +58,8 @@ fn closed_parts(raw: &Raw) -> Vec<Option<u32>> {
     let ends = raw.starts.iter().copied().skip(1).chain([raw.triangles.len()]);
     let objects: Vec<Range<usize>> =
         raw.starts.iter().copied().zip(ends).map(|(a, b)| a..b).collect();
-    // Within the objects of the file, and then in what they leave: one may be in several groups.
+    // Within the objects of the file, and then among the remaining faces: one part may be in
+    // several groups.
     for faces in objects.into_iter().chain(std::iter::once(0..raw.triangles.len())) {
         let mut run = Vec::new();
         let mut open = BTreeSet::new();

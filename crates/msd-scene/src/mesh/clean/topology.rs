@@ -100,9 +100,9 @@ pub(crate) fn volume6(positions: &[DVec3], triangle: [u32; 3], from: DVec3) -> f
 
 /// Turns faces so that neighbours agree and closed pieces face outward; returns which were turned.
 ///
-/// A piece is what hangs together by edges with two faces. An open piece keeps the direction of
-/// most of its faces. A closed piece with negative volume is turned, unless it bounds a void in
-/// another.
+/// A piece is a set of faces that hang together by edges with two faces. An open piece keeps the
+/// direction of most of its faces. A closed piece with negative volume is turned, unless it bounds
+/// a void in another.
 pub(crate) fn orient(positions: &[DVec3], triangles: &mut [[u32; 3]]) -> Vec<bool> {
     let sides = sides(triangles);
     let (pieces, mut turned) = agree(triangles.len(), &sides);

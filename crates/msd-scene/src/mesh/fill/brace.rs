@@ -20,7 +20,7 @@ const LEAST_SUPPORT: f64 = 0.25;
 /// Springs that tie a piece of the lattice that nothing else holds.
 const TIES: usize = 8;
 
-/// The springs that tie a surface to what is inside.
+/// The springs that tie a surface to its inside.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Braces {
     /// A few, inward: enough to hold it.
@@ -46,7 +46,8 @@ pub(crate) struct Frame<'a> {
 
 impl Frame<'_> {
     /// Adds springs until every particle is held in all directions and each piece hangs together;
-    /// returns them in order, and how many particles are loose all the same: those of a flat body.
+    /// returns them in order, and the number of particles that are loose all the same: those of a
+    /// flat body.
     pub(crate) fn brace(mut self, braces: Braces) -> (Vec<[usize; 2]>, usize) {
         let before = self.joined.clone();
         let nearby = Nearby::new(self.points, self.spacing);
@@ -93,7 +94,7 @@ impl Frame<'_> {
         }
     }
 
-    /// Ties a surface point to what is near in every direction, on the surface and inside.
+    /// Ties a surface point to near points in every direction, on the surface and inside.
     fn brace_all_round(&mut self, point: usize, all: &Nearby) {
         let place = self.points[point];
         let mut ways: Vec<DVec3> = Vec::new();
@@ -125,7 +126,7 @@ impl Frame<'_> {
         }
     }
 
-    /// Ties pieces of the lattice that reach no surface particle to what is nearest to them.
+    /// Ties pieces of the lattice that reach no surface particle to the points nearest to them.
     fn tie_islands(&mut self, nearby: &Nearby) {
         let mut sets = Sets::new(self.points.len());
         for &[a, b] in &self.joined {

@@ -26,7 +26,7 @@ use std::borrow::Cow;
 /// Seam springs from a particle on an open edge to the piece beside it.
 const SEAMS: usize = 3;
 
-/// The most of its surface over which a mesh may leave undecided what is inside.
+/// The most of its surface over which a mesh may leave its inside undecided.
 const MOST_UNDECIDED: f64 = 0.1;
 
 /// The longest edges of the surface of a material, root mean square, in spacings: a coarser one is
@@ -40,8 +40,8 @@ pub enum Filling {
     /// A solid if the mesh is closed, else a shell.
     #[default]
     Auto,
-    /// An interior lattice. Holes are taken for closed; a mesh that leaves undecided what is
-    /// inside, over more than a tenth of its surface, is refused.
+    /// An interior lattice. Holes are taken for closed; a mesh that leaves its inside undecided
+    /// over more than a tenth of its surface is refused.
     Solid,
     /// Nothing.
     Shell,
@@ -178,16 +178,16 @@ impl core::fmt::Display for BodyReport {
 /// Every vertex becomes a particle, every edge a spring. A solid gets a cubic lattice inside with
 /// springs to 26 neighbours, and braces from each surface particle to the nearest lattice points
 /// or, in thin parts, across. A shell gets a bending spring across each edge that two faces share,
-/// and seams: its pieces, like the spout of a teapot, are joined where the open edge of one comes
-/// within a mean edge length of another. Each spring is as long as it is at rest.
+/// and seams. Its pieces, like the spout of a teapot, are joined where the open edge of one comes
+/// within a mean edge length of another. Each spring starts at its rest length.
 ///
 /// A solid of a substance has a surface as fine as its lattice, cut up where the mesh is coarser,
 /// and more braces, to whatever is near. Its mass is that of the volume which the mesh encloses. A
 /// shell of a substance has the mass of its area, and hinges instead of bending springs.
 ///
 /// # Errors
-/// An option outside its domain; a solid of a mesh that leaves undecided what is inside; a
-/// substance of other dimensions than the body; a lattice too fine.
+/// An option outside its domain; a solid of a mesh that leaves its inside undecided; a substance of
+/// other dimensions than the body; a lattice too fine.
 ///
 /// # Panics
 /// If a triangle names no vertex, or there are texture coordinates of fewer triangles: no [`Mesh`]
@@ -228,7 +228,7 @@ pub fn body(mesh: &Mesh, options: &MeshOptions) -> Result<(Part, BodyReport), Me
 /// The masses of particles, and stiffness and damping of springs.
 type Constants = (Vec<f64>, Vec<[f64; 2]>);
 
-/// Masses and springs that are alike but for what resists bending.
+/// Masses and springs that are alike but for those that resist bending.
 fn alike(
     options: &MeshOptions,
     (particles, springs): (usize, usize),

@@ -13,7 +13,7 @@
 //!
 //! Σ v/L n_i n_j n_k + (A_i δ_jk + A_j δ_ki + A_k δ_ij)/15 = 0,
 //!
-//! n going away from it. This is the patch test. A lattice passes it; of springs from there to an
+//! n going away from it. This is the patch test. A lattice passes it. Of springs from there to an
 //! unstructured surface, the volumes that come nearest to passing it are sought: least squares, one
 //! spring after the other (Gauss and Seidel), none below a tenth of an even share. A particle
 //! stands for half of each of its springs.
@@ -116,7 +116,7 @@ fn pressed(area: DVec3) -> Ten {
     [3.0 * x, 3.0 * y, 3.0 * z, y, z, x, z, x, y, 0.0]
 }
 
-/// Adds a volume of a spring to what is left over at its ends.
+/// Adds a volume of a spring to the remainders at its ends.
 fn add(left: &mut [Ten], [a, b]: [usize; 2], (pull, volume): (&Ten, f64)) {
     for part in 0..pull.len() {
         left[a][part] += volume * pull[part];

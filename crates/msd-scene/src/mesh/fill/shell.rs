@@ -1,4 +1,4 @@
-//! Shells: springs along the edges of a mesh, and what keeps it from bending.
+//! Shells: springs along the edges of a mesh, and those that keep it from bending.
 //!
 //! In a shell of a material a spring of length L along an edge stands for the triangles at it, of
 //! areas A: k = E t Σ A/L² (Van Gelder, 1998). A particle has a third of the mass of each of its

@@ -46,8 +46,8 @@ pub(crate) fn parse(bytes: &[u8], file: &str) -> Result<Raw, MeshError> {
     assemble(&vertices, &faces, (file, textured))
 }
 
-/// The message of a parse error without its line, which is printed apart, and without what the
-/// grammar of the reader expected.
+/// The message of a parse error without its line, which is printed apart, and without the
+/// expectations of the reader's grammar.
 fn without_line(error: &ParseError) -> String {
     let message = error.to_string();
     let reason = match (message.strip_prefix("Line "), message.split_once(": ")) {
