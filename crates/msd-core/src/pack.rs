@@ -46,7 +46,7 @@ pub trait Number:
     fn is_less(self, other: Self) -> Self::Mask;
     /// Whether it is less than another or equal; a NaN never is.
     fn is_at_most(self, other: Self) -> Self::Mask;
-    /// One number where the answer is yes, another where it is no.
+    /// One number where the mask is set, another elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
     /// The smaller of two numbers.
     #[inline(always)]

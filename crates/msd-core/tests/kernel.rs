@@ -342,7 +342,7 @@ fn is_subnormal(number: f64) -> bool {
 #[test]
 #[cfg_attr(miri, ignore = "it would take an hour")]
 fn a_motion_that_spreads_into_a_body_at_rest_is_never_subnormal() {
-    // Each substep dampers hand on a thousandth of a motion by one more particle: without a least
+    // Each substep dampers hand on a thousandth of a motion by one more particle. Without a least
     // motion a shell of subnormal numbers would run through the body, and stay in it.
     let material = Material { mass: 1.0, stiffness: 2200.0, damping: 1.0 };
     let mut scene = Scene::of("bar", shape::block([4, 4, 60], 1.0, material).expect("a lattice"));

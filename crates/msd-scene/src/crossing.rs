@@ -24,8 +24,8 @@ pub fn each_crossing(triangles: Vec<Triangle>, mut see: impl FnMut([[usize; 3]; 
     });
 }
 
-/// Calls with each pair of triangles that may meet, once, in an order that depends on them alone:
-/// they are in the cells of their lowest corners, as wide as the widest of them.
+/// Calls with each pair of triangles that may meet, once, in an order that depends on them alone.
+/// They are in the cells of their lowest corners, as wide as the widest of them.
 fn for_each_beside(triangles: Vec<Triangle>, mut look: impl FnMut(&Triangle, &Triangle)) {
     let widths = triangles.iter().map(|triangle| (triangle.high - triangle.low).max_element());
     let width = widths.fold(f64::MIN_POSITIVE, f64::max);

@@ -43,7 +43,7 @@ impl<'a> Nearby<'a> {
     }
 
     /// Overwrites `found` with the `count` points nearest to one of them, all others if there are
-    /// fewer, by the squares of their distances; equal ones in order of index.
+    /// fewer, by the squares of their distances. Equal ones are in order of index.
     fn find_nearest(&self, row: usize, count: usize, found: &mut Vec<(f64, usize)>) {
         let (point, all) = (self.points[row], self.points.len() - 1);
         for reach in 2.. {

@@ -27,7 +27,7 @@ const MESH_ENDINGS: [&str; 5] = ["obj", "stl", "ply", "gltf", "glb"];
 /// saved run (`.msd`).
 ///
 /// A mesh becomes a body 2 m long that drops on the ground. The name of a built-in scene means that
-/// scene even beside a file or folder of the same name, which `./` reaches; `bunny.obj` and
+/// scene even beside a file or folder of the same name, which `./` reaches. `bunny.obj` and
 /// `teapot.obj` mean a file where there is one, else the mesh that the crate carries.
 ///
 /// # Errors
@@ -53,7 +53,7 @@ pub fn open_set(name: impl AsRef<Path>, assignments: &[Assignment]) -> Result<Lo
     draft.load(&draft.source()?)
 }
 
-/// Opens a scene file, a mesh or a saved run from the bytes of a file called `name`; touches no
+/// Opens a scene file, a mesh or a saved run from the bytes of a file called `name`. It touches no
 /// other, so a scene can only name meshes that the crate carries.
 ///
 /// # Errors
@@ -62,7 +62,7 @@ pub fn open_bytes(name: &str, bytes: &[u8]) -> Result<Loaded, FileError> {
     open_bytes_with(name, bytes, &BTreeMap::new())
 }
 
-/// Opens a scene as [`open_bytes`] does; it can also name the meshes that are given here, as the
+/// Opens a scene as [`open_bytes`] does. It can also name the meshes that are given here, as the
 /// bytes of their files by the names that it has for them.
 ///
 /// # Errors

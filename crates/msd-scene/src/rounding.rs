@@ -6,8 +6,8 @@ use msd_core::{Real, Scene};
 /// The part of the energy at stake from which on rounding is reported. Every substep rounds anew,
 /// and dampers dissipate the energy that this adds, many times as much in a second.
 const SMALL: f64 = 1e-3;
-/// The stretch of a spring, as a part of its rest length, that is at stake in any scene: one that
-/// has come to rest without gravity has no other energy.
+/// The stretch of a spring, as a part of its rest length, that is at stake in any scene. A scene
+/// that has come to rest without gravity has no other energy.
 const STRETCH: f64 = 1e-3;
 
 /// The effect of rounding the coordinates of a scene.

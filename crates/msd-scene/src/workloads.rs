@@ -67,7 +67,7 @@ pub fn block(side: usize) -> Result<Scene, FileError> {
 /// Makes an unstructured block of `count` particles at random places in a cube, which drops from 1
 /// m on the plane of [`block`].
 ///
-/// Unit masses, on average one in a cubic metre, in no order; each is joined to its 14 nearest, or
+/// Unit masses, on average one in a cubic metre, in no order. Each is joined to its 14 nearest, or
 /// to all others if there are fewer, no two of them twice: about 8 springs per particle. As long at
 /// rest as the ends are apart, stiffness 2200 N/m, damping 1 N s/m. The same bits on every machine.
 ///

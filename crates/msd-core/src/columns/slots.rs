@@ -13,7 +13,7 @@ use core::ops::Range;
 /// Particles that are kept together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// Which particles, in the order of the scene.
+    /// The particles, in the order of the scene.
     pub(crate) particles: Range<usize>,
     /// The record in front of the first; it belongs to no particle.
     pub(crate) blank: usize,

@@ -1,7 +1,7 @@
 //! A particle that several surfaces hold at a time.
 //!
-//! Surfaces push and never pull, and Coulomb's law limits what each takes along itself by what it
-//! pushes. Stopping a particle surface by surface is wrong. Where two meet at an obtuse angle, the
+//! Surfaces push and never pull, and Coulomb's law limits the impulse of each along itself by its
+//! push. Stopping a particle surface by surface is wrong. Where two meet at an obtuse angle, the
 //! second gives the velocity that it takes a part away from the first, and throws a particle in a
 //! groove out of it. So pushes are sums that the next surface may lower again. Those without
 //! friction are found exactly ([`Facets`]), and friction in sweeps from there (Gauss-Seidel with
@@ -123,7 +123,7 @@ impl<R: Real> Limits<R> {
     }
 
     /// The velocity at which a particle is at its least speed off each surface of a set, a bit for
-    /// each, and their pushes; none where their normals depend on each other.
+    /// each, and their pushes. None where their normals depend on each other.
     fn push_out_of(&self, set: u32, velocity: R::Vec3) -> Option<(R::Vec3, [R; MOST])> {
         let mut corner = Facets::default();
         let mut v = velocity;

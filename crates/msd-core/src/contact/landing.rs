@@ -119,7 +119,7 @@ impl<R: Real> Arrival<R> {
             [self.touch.position, self.touch.velocity, self.touch.pull]
                 .map(R::Vec3::from_components);
         let slope = self.slope(span);
-        // Its displacement was that of the motion along what it lay on.
+        // Its displacement was that of the motion along the surfaces that it lay on.
         let start = R::Vec3::from_components(self.touch.start) + (slope - pull) * (lag * span.h);
         self.touch.start = start.components();
         let (since, bounces) = self.meet(span);
@@ -170,7 +170,7 @@ impl<R: Real> Arrival<R> {
     /// The velocity that the surfaces leave it, which have borne it by an impulse by mass since it
     /// met the last of them.
     ///
-    /// A surface that the last one pushes it off has borne it in vain since then: without this a
+    /// A surface that the last one pushes it off has borne it in vain since then. Without this a
     /// particle that slides through the foot of a groove gains speed there.
     fn hold(&self, velocity: R::Vec3, borne: R::Vec3) -> Stopped<R> {
         let held = self.rows.hold(velocity);

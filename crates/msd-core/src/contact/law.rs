@@ -10,7 +10,7 @@
 //! * **held:** the particle is put on the surface, its speed into it is removed, and where friction
 //!   holds it goes back to where it met the surface, so that nothing creeps;
 //! * **bounce:** time and speed of the impact are those of a constant acceleration, which is exact
-//!   under gravity, less what the springs at the particle have given it since: see
+//!   under gravity, less the change that the springs at the particle have caused since: see
 //!   [`Touch::impact`].
 //!
 //! Everything is as seen from the surface. [`super::after_kick`] holds particles that lie on it
@@ -21,8 +21,8 @@ use crate::number::{Real, Vector};
 use crate::obstacles::ContactLaw;
 use crate::pack::{Number, dot};
 
-/// Coulomb's law: the fraction of a slip that friction leaves which can take so much of it at most,
-/// and the reciprocal of the slip, 0 where friction holds it.
+/// Coulomb's law: the fraction of a slip that is left by friction, which takes at most so much of
+/// it, and the reciprocal of the slip, 0 where friction holds it.
 #[inline(always)]
 pub(crate) fn coulomb<N: Number>(slip: N, most: N) -> (N, N) {
     let (held, zero, one) = (slip.is_at_most(most), slip.zero(), slip.one());
@@ -67,8 +67,8 @@ pub(crate) fn keeps<N: Number>(law: &ContactLaw<N>, touch: &Touch<N>, span: &Spa
 
 /// The outcome for a particle that the surface keeps.
 ///
-/// The energy along the normal is that at the start of the substep, which is 0 at rest: gains
-/// and losses of a method within a substep, while a surface holds the particle, are undone.
+/// The energy along the normal is that at the start of the substep, which is 0 at rest. Gains and
+/// losses of a method within a substep, while a surface holds the particle, are undone.
 #[inline(always)]
 pub(crate) fn hold<N: Number>(law: &ContactLaw<N>, touch: &Touch<N>, span: &Span<N>) -> Outcome<N> {
     let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
@@ -146,8 +146,8 @@ fn finish<N: Number>(
     outcome
 }
 
-/// The gap up to which a particle of some radius lies on a surface, metres: four roundings of what
-/// its gap is the difference of, see [`crate::obstacles::Obstacle::terms`].
+/// The gap up to which a particle of some radius lies on a surface, metres: four roundings of the
+/// terms of its gap, see [`crate::obstacles::Obstacle::terms`].
 #[inline(always)]
 pub(crate) fn rounding<N: Number>(terms: N, radius: N) -> N {
     (terms + radius) * terms.splat(N::Scalar::EPSILON * N::Scalar::of(4.0))

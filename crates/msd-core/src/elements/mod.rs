@@ -1,9 +1,9 @@
 //! Elements: the forces on particles, one type for each kind.
 //!
 //! Springs are an element, and so are the fields, grabs and pushes; a caller may add their own. An
-//! [`Element`] adds its forces at a motion and returns the power that it dissipates, knows its
-//! energy, and multiplies a direction by its stiffness and its damping, as the implicit methods and
-//! the prediction of the stable step require.
+//! [`Element`] adds its forces at a motion, returns the power that it dissipates, and knows its
+//! energy. It also multiplies a direction by its stiffness and its damping, as the implicit methods
+//! and the prediction of the stable step require.
 //!
 //! From the inside a kind of element is a `Force`: the methods that all stages of a run call. The
 //! kinds of a [`Model`](crate::Model) are listed there once, and callers go through that list.

@@ -414,9 +414,9 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Force<R> for Stencils<R, L, N
 }
 
 /// Where the sixteen numbers of each end start, one of them that of its particle in the lane of the
-/// first: at the start of a record, or one number on, where a particle is in the next lane. `None`
-/// where they are in other lanes, would reach beyond the columns, or where two ends share a record
-/// in different lanes: their forces would be added in another order.
+/// first. It is the start of a record, or one number on where a particle is in the next lane.
+/// `None` where they are in other lanes, would reach beyond the columns, or where two ends share a
+/// record in different lanes. Their forces would be added in another order.
 fn starts<L: Copy, const N: usize>(row: &Stencil<L, N>, numbers: usize) -> Option<[u32; N]> {
     let starts = row.at.map(|at| at.wrapping_sub(row.lane() as u32));
     let fits = |&start: &u32| {

@@ -58,10 +58,10 @@ impl Energy {
 /// Measures the energy of a state, nothing dissipated, and by how much rounding every coordinate
 /// and speed once can change it, joules.
 ///
-/// With δ the rounding of a coordinate, ε times its size or times how far it falls in a `substep`
-/// onto what holds it, and that of its distance from the middle of a solid, the latter is
-/// k δ (|stretch| + δ) of a spring, bend or volume, m |g| δ + ε m v² of a particle, and 2 ε E of a
-/// user-defined element.
+/// With δ the rounding of a coordinate, ε times its size or times its fall in a `substep` onto its
+/// support, and that of its distance from the middle of a solid, the latter is k δ (|stretch| + δ)
+/// of a spring, bend or volume, m |g| δ + ε m v² of a particle, and 2 ε E of a user-defined
+/// element.
 pub(crate) fn energy_and_rounding<R: Real>(
     model: &Model<R>,
     state: &Columns<R>,

@@ -78,7 +78,7 @@ pub(crate) struct Done {
     pub(crate) passes: u64,
     pub(crate) crossed: u64,
     /// Whether a solid turned or moved by too much in a substep in which it met a particle, or
-    /// friction did not settle: a step of more substeps is needed.
+    /// friction did not settle. A step of more substeps is needed then.
     pub(crate) turned: bool,
     /// Why the method gave up, if it did.
     pub(crate) failure: Option<Failure>,
@@ -412,7 +412,7 @@ impl<'a, R: Real> StepContext<'a, R> {
     }
 
     /// Corrects the outcome of a substep of these mean velocities, whose stages had the impulses of
-    /// shells as forces; whether those are the velocities of the start.
+    /// shells as forces. `is_late` says whether those are the velocities of the start.
     pub(crate) fn end_shells(&mut self, is_late: bool) {
         let (h, at) = (self.substep(), self.rows_at());
         let Columns { positions, velocities } = &mut *self.state;

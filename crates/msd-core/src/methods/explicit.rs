@@ -97,7 +97,7 @@ const PREDICTED: usize = 2;
 /// Kick, drift, kick.
 ///
 /// Dampers are evaluated at v + h/2 a_n + h/4 (a_n + a_(n−1)). The mean of two accelerations makes
-/// the method second order with dampers too, at one evaluation, and vanishes for a motion that
+/// the method second order with dampers too, at one evaluation. It vanishes for a motion that
 /// changes sign every substep, so that the stable step is about that of symplectic Euler (see
 /// [`crate::stability::Region`]; Groot and Warren, 1997, extrapolate with a_n alone, which costs up
 /// to half of the stable step).

@@ -38,7 +38,7 @@ impl<R: Real> Scratch<R> {
 ///
 /// Particles first move by the outside forces alone to p = x + d, d = h (v + h w f). Then each
 /// spring, in order, moves its ends along its direction u by −w Δλ and w Δλ, with C = |p_b − p_a| −
-/// rest and the sum λ of what it has moved them by before in the substep:
+/// rest and the sum λ of its previous Δλ in the substep:
 ///
 /// Δλ = −(λ + k h² C + b h u·(d_b − d_a)) / (1 + (k h² + b h) (w_a + w_b))
 ///

@@ -1,7 +1,7 @@
 //! The motion of solids and of guides of pins: steady, or through key frames.
 //!
 //! Between two key frames it moves by a cubic of time (Hermite). Its velocity is zero at the first
-//! key frame and at the last; at others it is, along each axis, a mean of those on both sides, zero
+//! key frame and at the last. At others it is, along each axis, a mean of those on both sides, zero
 //! where they have different signs (Fritsch and Butland, 1984). So position and velocity are
 //! continuous, and no coordinate leaves the range of its two key frames. Key frames that a steady
 //! motion passes through give that motion. A turn is the same cubic of a rotation vector that

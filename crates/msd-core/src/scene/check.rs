@@ -77,7 +77,7 @@ pub(crate) fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
     Ok(())
 }
 
-/// Checks what guides pins among so many particles and solids.
+/// Checks the guides of pins among so many particles and solids.
 pub(crate) fn check_guides<R: Real>(
     guides: &[Guide],
     particles: usize,
@@ -428,7 +428,7 @@ pub(crate) fn check_look(at: (&'static str, usize), look: &Look) -> Result<(), E
 }
 
 pub(crate) fn check_mass<R: Real>(at: (&'static str, usize), mass: f64) -> Result<(), Error> {
-    // The reciprocal must fit too: it is what a step multiplies by.
+    // The reciprocal must fit too: a step multiplies by it.
     let rounded = R::of(mass);
     let usable =
         R::ZERO < rounded && is_finite::<R>(mass) && is_finite::<R>(1.0 / rounded.to_f64());

@@ -89,8 +89,8 @@ impl Default for Look {
 }
 
 impl Look {
-    /// The colour of a body of this look, sRGB from 0 to 1: its own, or one of eight by the kind of
-    /// its surface and by its place among the bodies.
+    /// The colour of a body of this look, sRGB from 0 to 1. It is its own, or one of eight by the
+    /// kind of its surface and by its place among the bodies.
     pub fn colour_at(&self, number: usize, surface: &Surface) -> [f32; 3] {
         let first = match surface {
             surface if surface.triangles.is_empty() => FIRST_ROPE,

@@ -63,14 +63,14 @@ pub struct Spring {
 /// It stores k s²/2, s = Σ w x being a weighted sum of their positions that is zero where they are
 /// in a line, or in a plane. The force on a particle is −w (k s + b ŝ ŝ·s'), with ŝ the direction
 /// of s: without damping it is linear. It keeps linear and angular momentum. Over the square of the
-/// spacing s is a curvature, as long as the spacing stays what it was.
+/// spacing s is a curvature, as long as the spacing does not change.
 ///
 /// A bend that is curved at rest stores k |s − t m|² cos² φ0/2: with e = x1 − x0, f = w2 (x2 − x0)
 /// − w3 (x3 − x0) and m = e × f/|e|, triangles that keep their shape have s = L sin φ n and m = L
-/// cos φ n, φ being half of the angle between them and n their normal, and t = tan φ0 is that at
-/// rest. So it stores k L² sin²(φ − φ0)/2, which does not jump where the triangles are folded onto
-/// each other and through: it is most at half a turn from rest. Its damper acts against changes of
-/// φ, of which there are none where it turns as a whole.
+/// cos φ n, φ being half of the angle between them and n their normal. At rest it is φ0, and t =
+/// tan φ0. So it stores k L² sin²(φ − φ0)/2, which does not jump where the triangles are folded
+/// onto each other and through. It is largest at half a turn from rest. Its damper acts against
+/// changes of φ, of which there are none where it turns as a whole.
 ///
 /// Source of the quadratic energy: Bergou, Wardetzky, Harmon, Zorin and Grinspun, 2006.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,8 +110,8 @@ impl Bend {
     }
 
     /// A bend of two triangles that share the edge from the first particle to the second, at rest
-    /// where these four positions are; the other corners are the third and the fourth. Of a sheet
-    /// of the bending stiffness B, newton metres, without damping.
+    /// at these four positions. The other corners are the third and the fourth. Of a sheet of the
+    /// bending stiffness B, newton metres, without damping.
     ///
     /// With l the length of the edge, h2 and h3 the heights above it and θ the angle between the
     /// triangles, 0 where they are in a plane, L is 2 h, h = 2 h2 h3/(h2 + h3), and φ is θ/2. A
@@ -152,7 +152,7 @@ impl Bend {
 ///
 /// With V the volume of the cell, whose faces may be warped (that of the trilinear map of a cube),
 /// V0 that at rest and e = V/V0 − 1, it stores Λ V0 e²/2. Where Λ is negative it takes away energy
-/// from what springs store, less where a cell is far from its rest: Λ V0 e²/(2 + 4/3 e + 2 e²). The
+/// from that of springs, less where a cell is far from its rest: Λ V0 e²/(2 + 4/3 e + 2 e²). The
 /// force on a particle is −(Λ e + c e') ∂V/∂x. It keeps linear and angular momentum.
 ///
 /// Source: Kot and Nagahashi, 2015, who add an energy of the volume to springs.

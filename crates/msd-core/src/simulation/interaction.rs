@@ -41,8 +41,8 @@ pub enum Interaction {
         particle: usize,
         /// The point that it is pulled to, metres.
         target: DVec3,
-        /// Frequency of the particle alone on this spring, hertz; capped at a tenth of the substeps
-        /// per second, so that user input cannot blow up the scene.
+        /// Frequency of the particle alone on this spring, hertz. It is capped at a tenth of the
+        /// substeps per second, so that user input cannot blow up the scene.
         frequency: f64,
         /// Damping ratio ζ: 1 is critical.
         damping_ratio: f64,
@@ -533,8 +533,8 @@ fn grab<R: Real>(model: &mut Model<R>, h: f64, interaction: Interaction) {
     cap_grabs(model, h);
 }
 
-/// Weakens grabs that a substep of `h` seconds could not follow: at most a tenth of the substeps
-/// per second, and no more damping than takes half of a velocity per substep.
+/// Weakens grabs that a substep of `h` seconds could not follow. They keep a frequency of at most a
+/// tenth of the substeps per second, and no more damping than takes half of a velocity per substep.
 pub(crate) fn cap_grabs<R: Real>(model: &mut Model<R>, h: f64) {
     let fastest = core::f64::consts::TAU * 0.1 / h;
     for grab in &mut model.grabs.0 {

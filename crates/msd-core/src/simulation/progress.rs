@@ -1,6 +1,6 @@
 //! Checkpoint of a run: with the rows of its scene, all that it takes to resume it to the last bit.
 //!
-//! A step starts from the columns of the model, the state, the settings and the queue; no method
+//! A step starts from the columns of the model, the state, the settings and the queue. No method
 //! keeps anything from one step to the next that changes the bits. So a run is its current scene,
 //! particles moved, and a [`Progress`]. Both are in `f64`: widening a number of a run in `f32` and
 //! rounding it back is exact. Springs that are cut stay in the rows, since the order of sums

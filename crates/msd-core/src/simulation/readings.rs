@@ -130,7 +130,7 @@ impl<R: Real> Simulation<R> {
     }
 
     /// The displacement of each particle in the fastest motion at the current state, the largest of
-    /// length 1: the motion that limits the substep of most methods. Empty where nothing pulls.
+    /// length 1. That motion limits the substep of most methods. Empty where nothing pulls.
     pub fn fastest_motion(&self) -> Vec<DVec3> {
         stability::fastest_motion(&self.model, &self.state, self.time())
     }

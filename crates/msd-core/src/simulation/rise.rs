@@ -10,7 +10,7 @@ use crate::methods::{Done, Integrator};
 use crate::number::Real;
 
 /// The least change and dissipation of the kinetic energy in a step, as a part of it, before the
-/// rest of the energy is looked at: most steps pay for two sums over the particles.
+/// rest of the energy is looked at. Most steps pay for two sums over the particles.
 const CHANGE: f64 = 0.05;
 /// The rise of the energy in a step that is too much, as a part of the energy in motion after it.
 ///

@@ -6,15 +6,15 @@
 //! not a gain of the integrator. A lasting rise is then an error of the method: a step beyond the
 //! limit of stability, explicit Euler, a contact that returns more than it took.
 //!
-//! Symplectic methods let the energy oscillate without ever gaining any: a mode of frequency w by a
-//! fraction h² w² / 4 of its energy, and far more near the limit of stability. So no single value
-//! counts, but the *lowest* of a window of samples. The swing of a mode comes back to where it
-//! started within half its period, and the modes whose swing is large are those whose period is a
-//! few steps. A gain is reported where even the lowest is above the previous energy by more than a
-//! tenth of the kinetic and elastic energy, both of that sample and of the time before. It must
-//! also be more than rounding can have added. A tenth, because energy that passes from slow modes
-//! to fast ones does raise the measured value: by h² w² / 8 on average, 6 % where a mode at a third
-//! of its stable step takes all.
+//! Symplectic methods let the energy oscillate without ever gaining any. A mode of frequency w
+//! oscillates by a fraction h² w² / 4 of its energy, and far more near the limit of stability. So
+//! no single value counts, but the *lowest* of a window of samples. The swing of a mode comes back
+//! to where it started within half its period, and the modes whose swing is large are those whose
+//! period is a few steps. A gain is reported where even the lowest is above the previous energy by
+//! more than a tenth of the kinetic and elastic energy, both of that sample and of the time before.
+//! It must also be more than rounding can have added. A tenth, because energy that passes from slow
+//! modes to fast ones does raise the measured value. It does so by h² w² / 8 on average, 6 % where
+//! a mode at a third of its stable step takes all.
 //!
 //! The method books supplied energy by its own quadrature, so a tenth of that since the reference
 //! is allowed as well, and a hundredth of all. The reference follows the energy down, never up, so
@@ -30,7 +30,7 @@
 //! energy that nothing took: a bounce that returns too little, or the damping that a method such as
 //! backward Euler has by design. It counts where it lasts for a window of samples, wherever that
 //! begins, and so does a lasting rise, see [`Witness::rise`]. Methods under which the energy of a
-//! mode does not swing, such as RK4, have no excuse for a change that comes and goes: there four
+//! mode does not swing, such as RK4, have no excuse for a change that comes and goes. There four
 //! samples are enough.
 //!
 //! The detector sees no gain before the second window, and before the end of the first such a rise
@@ -43,7 +43,7 @@ use crate::number::Real;
 
 /// Samples in a window.
 const WINDOW: u32 = 16;
-/// Samples before which nothing is judged: a body that starts at rest has moved for so few substeps
+/// Samples before which nothing is judged. A body that starts at rest has moved for so few substeps
 /// that a method of first order is off by much of its energy.
 const EARLY: u32 = 4;
 /// Samples for which a change of the balance must last where modes do not swing: an impact is
@@ -58,12 +58,12 @@ const BOOKED: f64 = 0.01;
 /// of a body at rest.
 const REST: f64 = 1e-6;
 
-/// The part of the largest kinetic and elastic energy so far below which nothing is reported: the
+/// The part of the largest kinetic and elastic energy so far below which nothing is reported. The
 /// remainder of a motion that has died out is the error of the method, and comes and goes.
 const NOISE: f64 = 1e-7;
 
-/// Bound of the energy that rounding has added, as a multiple of the root of the sum of squares:
-/// roundings of different substeps are uncorrelated, those of one may be fully correlated.
+/// Bound of the energy that rounding has added, as a multiple of the root of the sum of squares.
+/// Roundings of different substeps are uncorrelated, those of one may be fully correlated.
 const ROUNDINGS: f64 = 4.0;
 
 /// Watches the energy of one run.
@@ -77,7 +77,7 @@ pub struct Witness {
     most: f64,
     /// The energy that rounding can have added since the reference was found, joules.
     rounding: f64,
-    /// The energy that obstacles have added in all, less what they dissipated, joules.
+    /// The energy that obstacles have added in all, less that dissipated by them, joules.
     fed: f64,
     /// Energy supplied: at the first sample, at the reference, and at the current one, joules.
     supplied: [f64; 3],
@@ -269,7 +269,7 @@ impl Witness {
     }
 
     /// The change of [`Energy::total`] since the first sample or the last restart, joules, less the
-    /// sums in a body at rest: the error of the method in the balance of the energy.
+    /// sums in a body at rest. It is the error of the method in the balance of the energy.
     pub fn imbalance(&self) -> f64 {
         self.balance.change
     }
@@ -282,8 +282,8 @@ impl Witness {
     }
 
     /// That change where it is a fall that lasts, by more than rounding and a tenth of the most
-    /// kinetic and elastic energy so far, joules, as a positive number: energy that nothing took by
-    /// any account. Else 0.
+    /// kinetic and elastic energy so far, joules, as a positive number. It is energy that nothing
+    /// took by any account. Else 0.
     pub fn loss(&self) -> f64 {
         self.loss
     }
@@ -294,8 +294,8 @@ impl Witness {
     }
 
     /// That change where it is a rise by more than rounding and a tenth of the most kinetic and
-    /// elastic energy so far, joules; before the end of the first window by more than half of it.
-    /// Else 0.
+    /// elastic energy so far, joules. Before the end of the first window it is a rise by more than
+    /// half of it. Else 0.
     pub fn surplus(&self) -> f64 {
         let change = self.balance.change;
         let allowed = match self.most {

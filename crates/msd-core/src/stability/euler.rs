@@ -1,7 +1,7 @@
 //! The limit of explicit Euler where dampers do not go with the stiffness of their springs.
 //!
 //! A motion v, fast or slow, stays bounded up to h = vᵀDv / vᵀKv. Where damping goes with stiffness
-//! that is the same for all; elsewhere any motion may be the first to grow, and the fastest ones do
+//! that is the same for all. Elsewhere any motion may be the first to grow, and the fastest ones do
 //! not show it. So the method itself is run, about the state, from a rough motion. The one that
 //! grows first takes over (power iteration; von Mises and Pollaczek-Geiringer, 1929), and its
 //! quotient is the limit.

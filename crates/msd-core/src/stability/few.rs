@@ -47,9 +47,9 @@ pub(crate) struct Few {
 }
 
 impl Few {
-    /// The first of `motions` of a basis; where there is damping also its stiffest and its most
-    /// damped one, for not every method fails by the same, and near the limit of Verlet with one
-    /// substep per step those that fail by it.
+    /// The first of `motions` of a basis. Where there is damping, they include its stiffest and its
+    /// most damped one, for not every method fails by the same, and near the limit of Verlet with
+    /// one substep per step those that fail by it.
     pub(crate) fn new(mut motions: Matrix, basis: &Basis, single_step: Option<f64>) -> Self {
         let used = basis.stiffness.size;
         motions.size = FIRST.min(used);

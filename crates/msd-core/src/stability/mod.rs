@@ -44,7 +44,7 @@ const MOST_SLOWEST: usize = 5;
 /// there are user-defined elements.
 ///
 /// A prediction takes some 40 products with stiffness and damping, each about two evaluations of
-/// the forces; an element without products of its own is evaluated four times for each. Contact
+/// the forces. An element without products of its own is evaluated four times for each. Contact
 /// adds no stiffness here: obstacles move particles instead of pushing them.
 #[derive(Clone, Debug, Default)]
 pub struct Estimator {

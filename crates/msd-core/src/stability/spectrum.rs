@@ -65,7 +65,7 @@ pub(crate) struct Basis {
 
 impl Basis {
     /// Begins anew about the state that it is prepared for with a rough vector, weighted by
-    /// particle: a fast motion of a few particles must not be lost among those of all.
+    /// particle. A fast motion of a few particles must not be lost among those of all.
     pub(crate) fn begin<R: Real>(&mut self, point: &OperatingPoint<'_, R>, weights: &[f64]) {
         (self.stiffness.size, self.damping.size) = (0, 0);
         self.products.iter_mut().for_each(Vec::clear);

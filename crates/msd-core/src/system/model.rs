@@ -568,7 +568,7 @@ impl<R: Real> Model<R> {
     }
 
     /// Size of the largest body at the start of the scene, metres: the diagonal of the box around
-    /// it; where that is 0 the longest rest length, and 1 where that is 0 too. Errors and
+    /// it. Where that is 0 it is the longest rest length, and 1 where that is 0 too. Errors and
     /// tolerances are given as fractions of it.
     pub fn size(&self) -> f64 {
         self.size

@@ -67,7 +67,7 @@ fn momentum_is_kept_to_rounding_without_outside_forces() {
         // Each of 27 particles rounds velocities of about 5 m/s once per step and stage.
         let rounding = 27.0 * 5.0 * f64::EPSILON * f64::from(steps) * 4.0;
         assert!((after.linear - before.linear).length() < rounding, "{integrator}");
-        // Forces along springs have no torque at one instant; methods that evaluate forces at the
+        // Forces along springs have no torque at one instant. Methods that evaluate forces at the
         // positions they kick at keep angular momentum too, at arms of about 5 m.
         let exact = [Integrator::SymplecticEuler, Integrator::VelocityVerlet];
         let turned = (after.angular - before.angular).length();
@@ -103,7 +103,7 @@ fn what_the_dampers_take_is_what_the_motion_loses() {
             (after.total() - before.total()).abs()
         };
         // The ledger converges at least at the order of the method: halving h twice divides the
-        // imbalance by 4^order; allow a fifth of that for terms of higher order.
+        // imbalance by 4^order. A fifth of that is allowed for terms of higher order.
         let coarse = imbalance(coarsest(integrator));
         let fine = imbalance(coarsest(integrator) / 4.0);
         let factor = 0.8 * 4f64.powi(integrator.order() as i32);

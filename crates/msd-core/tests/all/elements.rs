@@ -350,8 +350,8 @@ impl<R: Real> Obstacle<R> for Asked {
     }
 }
 
-/// Pinned particles, inside and outside, and the empty lanes of a record, which are at the origin,
-/// are none of an obstacle's business.
+/// An obstacle ignores pinned particles, inside and outside, and the empty lanes of a record, which
+/// are at the origin.
 #[test]
 fn an_obstacle_is_asked_about_moving_particles_alone() {
     // 19 particles: a record and three lanes of another.

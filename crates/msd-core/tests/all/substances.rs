@@ -53,7 +53,7 @@ fn linear_forces(part: &Part, displacement: impl Fn(DVec3) -> DVec3) -> Vec<DVec
 /// stress on the share of the particle in the surface of the body: none inside.
 ///
 /// Under shear a corner of a block has a force along the third axis too, as one space diagonal ends
-/// there and no other balances it; those of the eight corners balance one another.
+/// there and no other balances it. Those of the eight corners balance one another.
 fn passes_the_patch_test(part: &Part, size: [usize; 3], strain: DMat3, stress: DMat3) {
     let [rows, columns, stacks] = size;
     let half = DVec3::new(columns as f64 - 1.0, rows as f64 - 1.0, stacks as f64 - 1.0) * 0.5;

@@ -89,8 +89,8 @@ fn beyond_the_limit_it_is_told_before_the_run_leaves_the_world() {
     assert!(0.0 < told(&mut simulation, 100));
 }
 
-/// A floor that returns more energy than it took: a plane that rises faster than anything falls
-/// would do it; here the particle is thrown up at each landing, as by a faulty contact.
+/// A floor that returns more energy than it took. A plane that rises faster than anything falls
+/// would do it; here a faulty contact throws the particle up at each landing.
 #[test]
 fn a_contact_that_adds_energy_is_told() {
     let mut witness = Witness::default();
@@ -295,8 +295,8 @@ fn a_particle_that_lies_still_gains_nothing_but_rounding() {
 
 #[test]
 fn rounding_about_the_middle_of_a_solid_is_no_gain() {
-    // A particle at the origin, whose own coordinates round by nothing, on solids that move later:
-    // it is put back onto their surfaces to the rounding of half a metre, and of a hundred.
+    // A particle at the origin, whose own coordinates round by nothing, on solids that move later.
+    // It is put back onto their surfaces to the rounding of half a metre, and of a hundred.
     let shapes = [Shape::Box { size: DVec3::new(2.0, 1.0, 2.0) }, Shape::Sphere { radius: 100.3 }];
     for (shape, height) in shapes.into_iter().zip([0.5, 100.3]) {
         let below = DVec3::Y * -height;

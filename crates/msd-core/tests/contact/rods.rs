@@ -17,7 +17,7 @@ fn rod(springs: bool) -> Solid {
     Solid { axes, friction: Friction::Coulomb(0.5), springs, ..rod }
 }
 
-/// A cloth of 6 x 6 particles, 25 cm apart, above the rod, which no particle meets: it hangs over
+/// A cloth of 6 x 6 particles, 25 cm apart, above the rod, which no particle meets. It hangs over
 /// the rod by its springs, and without contact points nothing holds it.
 pub fn sparse_cloths_hang<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();

@@ -140,9 +140,9 @@ pub fn ramps_end<R: Real>(integrator: Integrator) -> Measures {
             let ended = run(&mut simulation, seconds, |_| {});
             ended.unwrap_or_else(|error| measures.fail(&error, &name));
             let (x, v) = (simulation.position(0).to_f64(), simulation.velocity(0).to_f64());
-            // Methods with fixed substeps meet the floor up to a substep early or late: up to g h
-            // in speed, as much again where the speed is half a substep off its place, and two
-            // substeps of way. Dormand-Prince locates the time.
+            // Methods with fixed substeps meet the floor up to a substep early or late. That is up
+            // to g h in speed, as much again where the speed is half a substep off its place, and
+            // two substeps of way. Dormand-Prince locates the time.
             let [late, slower] = match integrator {
                 Integrator::DormandPrince => [0.0; 2],
                 _ if integrator.order() == 1 => [2.0 * arrives * H, 2.0 * G * H],

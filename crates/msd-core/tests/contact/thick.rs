@@ -40,9 +40,9 @@ pub fn rest<R: Real>(integrator: Integrator) -> Measures {
         let simulation = after::<R>(&scene, (integrator, 16), 120, (&mut measures, name));
         for (particle, radius) in [(0, RADIUS), (1, 0.0)] {
             let gap = simulation.position(particle).to_f64().dot(normal) - offset;
-            // The rounding of a plane's gap, whose terms are less than a metre; of a box implicit
-            // methods put it half of their margin out, which grows with the box. Explicit Euler
-            // falls by g h² in every other substep.
+            // The rounding of a plane's gap, whose terms are less than a metre. Implicit methods
+            // put a particle on a box half of their margin out, which grows with the box. Explicit
+            // Euler falls by g h² in every other substep.
             let terms = if name == "box" { 512.0 } else { 8.0 };
             let falls =
                 if integrator == Integrator::ExplicitEuler { 9.82 * H * H / 4.0 } else { 0.0 };

@@ -94,8 +94,8 @@ impl Output {
         self.open_ended().map(drop)
     }
 
-    /// Puts the file in its place once it is safe on the disk: a power cut leaves the old file or
-    /// the new one, never an empty one.
+    /// Puts the file in its place once it is safe on the disk (atomic write). A power cut leaves
+    /// the old file or the new one, never an empty one.
     ///
     /// # Errors
     /// [`FileError::Unwritable`]; nothing is left then.

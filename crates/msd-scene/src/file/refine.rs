@@ -2,9 +2,9 @@
 //!
 //! A lattice keeps its particles and gets others between them; of a mesh every triangle is cut into
 //! four and the lattice inside is set closer. A body made of a material stays one of that material.
-//! One of alike springs keeps its density and the moduli that its springs give inside: how the
-//! value of a key follows stands in its row, [`Scale`](super::keys::Scale). Masses put on
-//! particles, and links, stay at the particles that they had.
+//! A body of alike springs keeps its density and the moduli that its springs give inside. The row
+//! of a key has the change of its value, [`Scale`](super::keys::Scale). Masses put on particles,
+//! and links, stay at the particles that they had.
 
 use crate::error::FileError;
 use crate::file::bodies::MeshReader;

@@ -345,7 +345,7 @@ impl Keys<'_> {
     }
 }
 
-/// Damps a part by the ratio ζ of its row, if it has one: by the relaxation time 2 ζ/w, w being the
+/// Damps a part by the ratio ζ of its row, if it has one. The relaxation time is 2 ζ/w, w being the
 /// angular frequency of the slowest motion of the body on its own.
 ///
 /// # Errors

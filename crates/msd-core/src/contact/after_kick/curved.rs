@@ -56,7 +56,7 @@ pub(crate) fn settle_on_curved<R: Real, O: Sampled<R> + ?Sized>(
     }
 }
 
-/// Turns the velocities of particles that lie, so that they do so after a drift: lowers their
+/// Turns the velocities of particles that lie, so that they do so after a drift. It lowers their
 /// speeds along the normals by the gaps that the drift would leave. Returns whether there were any.
 #[inline(always)]
 fn bend<R: Real>(

@@ -211,9 +211,9 @@ impl<N: Number> Kick<N> {
     /// Holds a particle on a surface with this normal, at a velocity after the kick and with the
     /// acceleration of the kick, as seen from the surface.
     ///
-    /// It lies where the kick presses it to the surface and it lay there before, see
-    /// [`lay`]. A surface that holds it takes the energy of its motion before the kick,
-    /// one that it slides on the work of friction: force times mean velocity.
+    /// It lies where the kick presses it to the surface and it lay there before, see [`lay`]. A
+    /// surface that holds it takes the energy of its motion before the kick. A surface that it
+    /// slides on takes the work of friction: force times mean velocity.
     ///
     /// It goes on at the speed `bend` along the normal, 0 on a plane: see [`bend`].
     #[inline(always)]

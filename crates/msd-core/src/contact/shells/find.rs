@@ -254,8 +254,8 @@ impl<'a, R: Real> Finder<'a, R> {
         few.chain(first.iter().chain(last).copied())
     }
 
-    /// Lets a face take the couple of friction, by its corners: the first of some that faces the
-    /// normal well, or the one that faces it most. A small couple would turn a face far if the
+    /// Lets a face take the couple of friction, by its corners. It is the first of some that faces
+    /// the normal well, or the one that faces it most. A small couple would turn a face far if the
     /// normal were nearly along it.
     fn turn_one(&self, row: &mut ContactRow<R>, faces: impl Iterator<Item = [u32; 3]>) {
         let mut best = R::of(LEAST_FACING);
@@ -529,7 +529,7 @@ impl<'a, R: Real> Finder<'a, R> {
 /// The square of the cosine between a normal and that of a face, from which on it takes couples.
 const LEAST_FACING: f64 = 0.1;
 
-/// The part by which a face must be nearer than an edge of it to count instead of it: where both
+/// The part by which a face must be nearer than an edge of it to count instead of it. Where both
 /// lie in flat surface they would take turns.
 const FLAT: f64 = 2e-3;
 

@@ -14,8 +14,8 @@ use alloc::vec::Vec;
 use core::ops::Range;
 use fearless_simd::{Level, Simd};
 
-/// Two features, a vertex and a face, a vertex and an edge of no face, or two edges, and how far
-/// their clusters must come closer to each other before the gap may be closed, metres.
+/// Two features: a vertex and a face, a vertex and an edge of no face, or two edges. `until` is the
+/// approach of their clusters before which the gap cannot close, metres.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ListedPair {
     pub(super) key: u64,
@@ -136,7 +136,7 @@ impl<R: Real> Candidates<R> {
     }
 
     /// Finds the pairs of clusters whose features may be within their reach and the margin of both,
-    /// and lists these anew where the lists may lack some; `most` is the largest margin, metres.
+    /// and lists these anew where the lists may lack some. `most` is the largest margin, metres.
     /// Returns whether the lists hold all. Where each feature would be near hundreds of others, as
     /// in a run that diverges, they do not.
     pub(super) fn serve(

@@ -1,12 +1,12 @@
 //! Bodies that cross at the start: particles inside a closed one are pushed out of it.
 //!
 //! Ordinary rows keep features on the sides on which they are, and so would keep a particle inside.
-//! Two shells that cross at the start have other rows until they are apart: one for each particle
-//! that starts inside, with the face straight ahead of it. Both sides part at a bounded speed: by
-//! the distance at which they stop each other in each `UNDOING`. All rows of the two have one
-//! direction, which keeps the shape of the body that is pushed out. Towards the nearest face each,
-//! particles beside an edge would leave on different sides of it. The work of the rows counts as
-//! work of solids.
+//! Two shells that cross at the start have other rows until they are apart. There is one for each
+//! particle that starts inside, with the face straight ahead of it. Both sides part at a bounded
+//! speed: by the distance at which they stop each other in each `UNDOING`. All rows of the two have
+//! one direction, which keeps the shape of the body that is pushed out. Towards the nearest face
+//! each, particles beside an edge would leave on different sides of it. The work of the rows counts
+//! as work of solids.
 
 use super::clusters::Clusters;
 use super::find::{Finder, Sides};
@@ -235,8 +235,9 @@ impl<R: Real> Finder<'_, R> {
         }
     }
 
-    /// Visits the faces of some clusters that a line through a point meets, or nearly: with the way
-    /// to each along it, how far the face leads out, and the weights of its corners.
+    /// Visits the faces of some clusters that a line through a point meets, or nearly. Each comes
+    /// with the way to it along the line, the part by which it leads out, and the weights of its
+    /// corners.
     fn visit(
         &self,
         (clusters, balls): (&Clusters, &Balls<R>),

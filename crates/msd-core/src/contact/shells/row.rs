@@ -134,7 +134,7 @@ impl<R: Real> ContactRow<R> {
     /// Gives both sides an impulse, newton seconds; or, of a column of positions, a way of theirs
     /// times the mass.
     ///
-    /// Friction acts on both sides at the same place, half way between them or not: a face takes
+    /// Friction acts on both sides at the same place, half way between them or not. A face takes
     /// the couple of the two forces, which are some distance apart.
     #[inline(always)]
     pub(super) fn give(&self, column: &mut [R::Vec3], inverse_masses: &[R], impulse: R::Vec3) {

@@ -25,7 +25,7 @@ use crate::number::{Real, Vector};
 
 impl<R: Real> ShellRows<R> {
     /// Finds the rows that a drift of h seconds at some velocities may close, each with its
-    /// impulse; returns whether particles are so fast that some may cross.
+    /// impulse. Returns whether particles are so fast that some may cross.
     pub(crate) fn find_for_solve(&mut self, at: &At<'_, R>, motion: [&[R]; 2], h: R) -> bool {
         let [positions, velocities] = motion;
         let least = R::of(at.shells.reach() * LEAST_MARGIN);
@@ -65,7 +65,7 @@ impl<R: Real> ShellRows<R> {
         self.in_solve.extend(self.rows.iter().map(of));
     }
 
-    /// Sets the impulses for the next solve by velocities and changes of them; returns the largest
+    /// Sets the impulses for the next solve by velocities and changes of them. Returns the largest
     /// velocity that these impulses are to take away, metres per second.
     pub(crate) fn press(&mut self, at: &At<'_, R>, motion: [&[R]; 2], h: R) -> R {
         self.answer(at, motion, h)[0]
@@ -162,7 +162,7 @@ impl<R: Real> ShellRows<R> {
     /// `mirrors` velocities, the rows hold those at its end: a particle that came would leave as
     /// fast.
     ///
-    /// They hold along the normals that the solve had: at the end of a long substep the features of
+    /// They hold along the normals that the solve had. At the end of a long substep the features of
     /// a row need not be the nearest ones any more.
     pub(crate) fn end_solved(
         &mut self,

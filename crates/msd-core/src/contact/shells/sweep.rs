@@ -25,8 +25,8 @@ pub(super) fn add<R: Real>(
 
 /// Corrects the impulses of all rows in their order, so that no gap closes in a drift of h seconds.
 ///
-/// A row that has given none and would close starts to if `starts` says so of it and its velocity;
-/// that lets a face take the couple of friction.
+/// A row that has given none and would close starts to if `starts` says so of it and its velocity.
+/// That lets a face take the couple of friction.
 pub(super) fn sweep<R: Real>(
     rows: &mut [ContactRow<R>],
     velocities: &mut [R::Vec3],

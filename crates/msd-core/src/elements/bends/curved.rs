@@ -3,7 +3,7 @@
 use crate::number::{Real, Vector};
 use core::array::from_fn;
 
-/// The part of all that is bent, squared, that must be along the normal for there to be one: at the
+/// The part of all that is bent, squared, that must be along the normal for there to be one. At the
 /// opposite of the rest there is none.
 const LEAST_PART_SQUARED: f64 = 1e-8;
 

@@ -386,8 +386,8 @@ impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
     }
 }
 
-/// Moves the particles of one that is curved, by h² k and h b: first to where it is off its rest by
-/// less, then against the change of its angle.
+/// Moves the particles of a curved bend, by h² k and h b: first to reduce its deviation from rest,
+/// then against the change of its angle.
 fn project_curved<R: Real>(
     (row, curved): (&Row<R>, &Curved<R>),
     [elastic, damped, _]: &mut [R; MULTIPLIERS],

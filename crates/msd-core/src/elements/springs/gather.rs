@@ -1,6 +1,6 @@
 //! Transposes between points, the numbers of a particle side by side, and the columns of a record.
 //!
-//! The springs of unstructured blocks name their other ends one by one: these are gathered from
+//! The springs of unstructured blocks name their other ends one by one. These are gathered from
 //! points, and the forces on them are summed in points.
 #![allow(unsafe_code)]
 

@@ -24,7 +24,7 @@ impl<R: Real> Law<R> {
 }
 
 /// The force on the end `there` of a spring, newtons, and the power that its damper dissipates,
-/// watts; the force on the end `here` is the opposite.
+/// watts. The force on the end `here` is the opposite.
 ///
 /// With d from there to here, L = |d|, u = d/L and v the velocity of here as seen from there:
 /// f = (k (L − rest) + b v·u) u. A spring whose ends coincide has no direction and pulls nothing.

@@ -119,7 +119,7 @@ pub(crate) struct Layout {
     pub(crate) steps: Vec<Step>,
     pub(crate) rows: Vec<Row>,
     /// The other ends of rows without segments, as slots counted from as many records in front as
-    /// the springs of the band reach; the particle itself where there is none.
+    /// the springs of the band reach. It is the particle itself where there is none.
     pub(crate) others: Vec<[u32; LANES]>,
     pub(crate) extras: Vec<Extra>,
     /// Row and lane of each spring, row · 16 + lane; [`NOWHERE`] for an extra.

@@ -71,7 +71,7 @@ impl<R: Real> SpringMatrix<R> {
     }
 
     /// Overwrites the weights with those about a stage, and adds to the diagonal blocks of all
-    /// particles: to their numbers xx, xy and xz in one column, to yy, yz and zz in another.
+    /// particles. Their numbers xx, xy and xz are in one column, yy, yz and zz in another.
     pub(crate) fn linearise(
         &mut self,
         springs: &Springs<R>,

@@ -193,7 +193,7 @@ pub(super) fn add_named<S: Simd, R: Real, const DAMPED: bool>(
     settle(simd, (blank..reach, tail), forces, later);
 }
 
-/// Adds the quads of a piece to its forces; those of records in front of it and behind it make room
+/// Adds the quads of a piece to its forces. Those of records in front of it and behind it make room
 /// for these records, which are shorter.
 #[inline(always)]
 fn settle<S: Simd, R: Real>(

@@ -22,7 +22,7 @@ pub(super) type Six<R, const N: usize> = [Triple<R, N>; 6];
 /// A negative Λ takes away some of the resistance of springs, and must not take away more. There
 /// f = (1 + e) e²/(2 q), q = 1 + 5/3 e + 2 e² + e⁴/3. To third order that is 9/2 ((V/V0)^⅓ − 1)²,
 /// which in a uniform dilation goes as the springs do. It is 0 in a flat cell and negative in one
-/// that is inside out, so that the energy Λ f resists that, and it goes to 0 however far a cell is
+/// that is inside out, so that the energy Λ f resists that. It goes to 0 however far a cell is
 /// pulled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeLaw<R> {

@@ -3,7 +3,7 @@
 //! The pair of orders 5 and 4 of Dormand and Prince (1980), with substeps of its own choice and
 //! with contact as located events. Its numbers are in [`tableau`], a substep is in [`stages`], its
 //! length is chosen in [`pace`], and obstacles act in [`holds`], [`meeting`], [`support`] and
-//! [`events`]; sources are named there.
+//! [`events`]. Sources are named there.
 
 mod tableau;
 mod stages;

@@ -41,7 +41,7 @@ impl<R: Real> Spot<R> {
     }
 
     /// Whether it moves along the surface of an obstacle rather than into or off it, as it does
-    /// behind an edge; any speed up to `slow` counts as along, metres per second.
+    /// behind an edge. Any speed up to `slow` counts as along, metres per second.
     pub(crate) fn is_along(&self, obstacle: &dyn Obstacle<R>, slow: R) -> bool {
         let &Spot { position, velocity, time, .. } = self;
         let sliding = velocity - obstacle.velocity(position, time);
@@ -161,7 +161,7 @@ impl<R: Real> Bearings<R> {
         }
     }
 
-    /// Projects an acceleration out of the obstacles (Gauss's principle of least constraint): its
+    /// Projects an acceleration out of the obstacles (Gauss's principle of least constraint). Its
     /// part along each normal becomes the one that keeps the particle on a curved or moving
     /// surface.
     pub(crate) fn support(&self, pull: R::Vec3, constraint: Constraint) -> Support<R> {

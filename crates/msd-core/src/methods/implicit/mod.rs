@@ -12,7 +12,7 @@
 //!
 //! An iteration evaluates all forces at the stage as known so far, at first x + τ v, and solves (M
 //! − τ ∂f/∂v − τ² ∂f/∂x) δu = M (v − u) + τ f (see [`tangent`]). Baraff and Witkin (1998) linearise
-//! at x; from x + τ v the force is exact, only the matrix is not, and both methods keep their order
+//! at x. From x + τ v the force is exact, only the matrix is not, and both methods keep their order
 //! with one iteration and an approximate matrix. On a damped cloth at 1/240 s the midpoint rule is
 //! then 10 times more accurate than from x with the same matrix (5e-6 of its size instead of 5e-5).
 //!
@@ -24,13 +24,13 @@
 //! Euler at 1/60 s and flies apart under the linearised midpoint rule.
 //!
 //! A solve reduces its residual to 1e-3 for backward Euler and to 1e-6 for the midpoint rule, in
-//! the norm of the preconditioner: slow motions among stiff ones are then less accurate. The motion
+//! the norm of the preconditioner. Slow motions among stiff ones are then less accurate. The motion
 //! of a body as a whole is solved separately (see [`whole`]): linear momentum is kept to rounding.
 //! Where a solve does not get there, [`Solved`] reports how far it got, and a step that is of no
 //! use is an error.
 //!
 //! # Contact
-//! A particle on an obstacle is held in the solve, with Coulomb friction: a block at rest is in
+//! A particle on an obstacle is held in the solve, with Coulomb friction. A block at rest is in
 //! balance at any step, where [`crate::contact::law`] alone would let it sag by some g h² per
 //! substep. Shells that meet have their rows in the solve too (see [`row_solve`]).
 
@@ -327,10 +327,10 @@ fn go_on<R: Real>(
     Ok(())
 }
 
-/// The residual after a solve, as a fraction of `first`, a square, or why the solve is of no use:
-/// it met a NaN or an infinity, or did nothing against the weight of a particle that is free to
-/// fall. The residual may have grown where it was rounding alone: that is reported and is not an
-/// error.
+/// The residual after a solve, as a fraction of `first`, a square, or the reason why the solve is
+/// of no use. It met a NaN or an infinity, or did nothing against the weight of a particle that is
+/// free to fall. The residual may have grown where it was rounding alone: that is reported and is
+/// not an error.
 fn judge<R: Real>(
     model: &Model<R>,
     (level, tau): (Level, R),
@@ -349,7 +349,7 @@ fn judge<R: Real>(
     Ok(residual)
 }
 
-/// Whether a particle that is free to fall keeps half of its weight in its residual: the products
+/// Whether a particle that is free to fall keeps half of its weight in its residual. The products
 /// of residuals and changes, which an iteration relies on, may underflow.
 #[cold]
 fn hangs<R: Real>(model: &Model<R>, tau: R, residuals: &[R]) -> bool {

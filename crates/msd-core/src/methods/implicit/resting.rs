@@ -94,7 +94,7 @@ impl<R: Real> Holds<R> {
     }
 
     /// Lists the particles that lie on an obstacle and neither leave it nor hit it. A blow to a
-    /// particle on several obstacles, as it slides from one to another, takes no time: it is over
+    /// particle on several obstacles, as it slides from one to another, takes no time. It is over
     /// before the solve, which would spread it over the substep. Returns the contacts of such
     /// blows.
     ///
@@ -169,7 +169,7 @@ impl<R: Real> Holds<R> {
         }
     }
 
-    /// Takes over new residuals: decides which particles stick and adds friction to those that
+    /// Takes over new residuals. It decides which particles stick and adds friction to those that
     /// slide, as if each particle were alone (see [`Hold::decide`]), and sets the held part aside.
     pub(crate) fn begin(
         &mut self,
@@ -246,8 +246,8 @@ impl<R: Real> Holds<R> {
             unrest += step.dot(step);
         }
         self.rows.retain(|hold| !hold.faces().is_empty());
-        // A body yields to a turn or shift as a whole far more than the block of one particle says:
-        // a weight that is too large makes friction swing from pass to pass.
+        // A body yields to a turn or shift as a whole far more than the block of one particle says.
+        // A weight that is too large makes friction swing from pass to pass.
         if R::of(0.25) * self.unrest < unrest {
             self.rows.iter_mut().for_each(|hold| hold.weight *= R::of(0.25));
         }
@@ -361,7 +361,7 @@ impl<R: Real> Hold<R> {
     }
 
     /// Adds an obstacle that a particle lies on at the end of the substep, if it neither leaves nor
-    /// hits it: of itself it moves as fast as gravity lets it. Without restitution a particle that
+    /// hits it. By itself it moves as fast as gravity lets it. Without restitution a particle that
     /// lies on it already does not hit it. A particle wrongly held back by this is released in
     /// [`Hold::review`].
     #[inline]
@@ -529,7 +529,7 @@ impl<R: Real> Hold<R> {
 }
 
 /// The velocity that the surface of the faces before and this one, so many after the first, has
-/// where this one moves at a velocity: along an axis of its own, which leaves those before
+/// where this one moves at a velocity. It is along an axis of its own, which leaves those before
 /// unchanged.
 fn carry<R: Real>(own: &Facet<R>, surface: R::Vec3, velocity: R::Vec3, number: usize) -> R::Vec3 {
     let missing = own.normal.dot(velocity - surface) / own.slope;

@@ -13,7 +13,7 @@ use msd_core::{Body, Scene};
 use std::collections::BTreeSet;
 
 /// The depth inside an obstacle at which particles may start without a line, as a part of their
-/// spacing: they are moved by so little that no body is thrown.
+/// spacing. They are moved by so little that no body is thrown.
 const DENT: f64 = 0.2;
 
 /// A line on each body and obstacle of which it starts inside with particles that are free to move.

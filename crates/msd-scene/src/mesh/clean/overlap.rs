@@ -12,7 +12,7 @@ const MOST: usize = 20_000;
 /// The most parts of which each is compared with each.
 const MOST_PARTS: usize = 100;
 
-/// The number of closed parts that overlap another one, by the part of each vertex: they go through
+/// The number of closed parts that overlap another one, by the part of each vertex. They go through
 /// it, or are inside it and turned the same way. A part that is turned the other way is a void.
 pub(crate) fn overlapping(positions: &[DVec3], triangles: &[[u32; 3]], parts: &[u32]) -> usize {
     if MOST < triangles.len() || parts.iter().all(|&part| part == 0) {

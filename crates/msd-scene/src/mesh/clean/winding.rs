@@ -1,8 +1,8 @@
 //! The inside of a mesh with holes, by generalised winding numbers.
 //!
-//! A triangle is seen from a point under a solid angle; the sum of these angles over 4π is how
-//! often the mesh winds around the point (Jacobson and others, 2013). It is whole where the mesh is
-//! closed, and nearly so behind a surface with small holes.
+//! A triangle is seen from a point under a solid angle. The sum of these angles over 4π is the
+//! winding number of the mesh around the point (Jacobson and others, 2013). It is whole where the
+//! mesh is closed, and nearly so behind a surface with small holes.
 
 use crate::mesh::clean::topology::{Sets, edges, sides, volume6};
 use glam::DVec3;

@@ -45,8 +45,8 @@ pub(crate) struct Frame<'a> {
 }
 
 impl Frame<'_> {
-    /// Adds springs until every particle is held in all directions and each piece hangs together;
-    /// returns them in order, and the number of particles that are loose all the same: those of a
+    /// Adds springs until every particle is held in all directions and each piece hangs together.
+    /// Returns them in order, and the number of particles that are loose all the same: those of a
     /// flat body.
     pub(crate) fn brace(mut self, braces: Braces) -> (Vec<[usize; 2]>, usize) {
         let before = self.joined.clone();
@@ -162,8 +162,8 @@ impl Frame<'_> {
         }
     }
 
-    /// Joins two points unless they are joined, belong to different bodies, or
-    /// theirs has a gap between them that must not be crossed; returns whether it did.
+    /// Joins two points unless they are joined, belong to different bodies, or theirs has a gap
+    /// between them that must not be crossed. Returns whether it did.
     fn join(&mut self, [a, b]: [usize; 2], across_gaps: bool) -> bool {
         let pair = [a.min(b), a.max(b)];
         if a == b || self.pieces[a] != self.pieces[b] || self.joined.contains(&pair) {

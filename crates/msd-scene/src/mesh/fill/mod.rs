@@ -29,7 +29,7 @@ const SEAMS: usize = 3;
 /// The most of its surface over which a mesh may leave its inside undecided.
 const MOST_UNDECIDED: f64 = 0.1;
 
-/// The longest edges of the surface of a material, root mean square, in spacings: a coarser one is
+/// The longest edges of the surface of a material, root mean square, in spacings. A coarser one is
 /// cut up, as too few springs from the lattice would reach its corners.
 const LONGEST_EDGE: f64 = 1.1;
 
@@ -92,7 +92,7 @@ impl Default for MeshOptions {
 }
 
 impl MeshOptions {
-    /// The defaults for a mesh that is filled so: a shell of an open mesh gets five times the
+    /// The defaults for a mesh that is filled so. A shell of an open mesh gets five times the
     /// stiffness and damping, since it has no inside to hold it up.
     pub fn for_mesh(mesh: &Mesh, filling: Filling) -> Self {
         let default = Self { filling, ..Self::default() };
@@ -136,7 +136,7 @@ pub struct BodyReport {
     /// Spacing of the interior lattice, metres; 0 for a shell.
     pub spacing: f64,
     /// Of a solid of a material: the root mean square of the forces that are left over in a uniform
-    /// strain, as a part of those on the surface; 0 would be exact, and is that of other bodies.
+    /// strain, as a part of those on the surface. 0 would be exact, and is that of other bodies.
     pub unbalanced: f64,
 }
 

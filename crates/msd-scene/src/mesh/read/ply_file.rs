@@ -101,7 +101,7 @@ fn assemble(
     Ok(raw)
 }
 
-/// Checks that the elements a header announces can be in the bytes that follow it: some readers
+/// Checks that the elements a header announces can be in the bytes that follow it. Some readers
 /// make room for four billion elements, or count to four billion, on the word of a header.
 fn check_counts(header: &Header, present: usize, file: &str) -> Result<(), MeshError> {
     let text = header.encoding == Encoding::Ascii;

@@ -20,7 +20,7 @@ pub(crate) fn parse(bytes: &[u8], file: &str) -> Result<Raw, MeshError> {
 }
 
 /// Whether a file is binary. Some binary headers start with "solid" too, and some files go on after
-/// the last facet; but no text has a zero, and the number of facets has one: its highest byte.
+/// the last facet. But no text has a zero, and the number of facets has one: its highest byte.
 fn is_binary(bytes: &[u8]) -> bool {
     let word = without_mark(bytes).trim_ascii_start().get(..5);
     let starts_as_text = word.is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
