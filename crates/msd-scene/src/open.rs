@@ -263,7 +263,7 @@ impl Draft {
     }
 
     /// Understands the tree with every body at its spacing halved so many times: see [`Finer`].
-    /// `coarse` is the scene that the tree is as it stands.
+    /// `coarse` is the scene of the unrefined tree.
     ///
     /// # Errors
     /// A body that has no spacing, with its name; a finer scene that does not fit the memory; the

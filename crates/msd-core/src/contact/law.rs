@@ -228,7 +228,8 @@ impl<N: Number> Touch<N> {
         }
     }
 
-    /// By how much the springs pull less at the surface than there, metres per second squared.
+    /// The part by which the springs pull less at the surface than there, metres per second
+    /// squared.
     #[inline(always)]
     fn strain(&self, span: &Span<N>) -> N {
         self.stiffness * self.distance(span)
@@ -250,7 +251,7 @@ impl<N: Number> Touch<N> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span<R> {
     pub(crate) h: R,
-    /// By how much the velocities of the method are ahead of its positions.
+    /// The time by which the velocities of the method are ahead of its positions.
     pub(crate) shift: R,
     /// Where the acceleration is from.
     pub(crate) evaluated: Evaluated,
@@ -298,7 +299,7 @@ struct Push<R> {
     push: R,
     /// Distance by which the particle is moved, metres.
     lift: R,
-    /// Impulse by mass times how long it has acted, metres.
+    /// Impulse by mass times the time that it has acted, metres.
     reach: R,
     /// Energy dissipated per mass, joules per kilogram.
     taken: R,

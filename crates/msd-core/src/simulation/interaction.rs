@@ -187,7 +187,7 @@ pub enum Interaction {
     MoveSolid {
         /// The solid.
         solid: usize,
-        /// Its middle now, metres.
+        /// Its new middle, metres.
         position: DVec3,
         /// Velocity of its middle, metres per second.
         velocity: DVec3,

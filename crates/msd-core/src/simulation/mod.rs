@@ -76,7 +76,7 @@ pub struct Simulation<R: Real = f32> {
 enum Kept<R: Real> {
     /// All of it.
     Model(Box<Model<R>>),
-    /// The grabs, which stand in `good_grabs`, how many pushes there were, and the solids if one is
+    /// The grabs, which stand in `good_grabs`, the number of pushes, and the solids if one is
     /// moved.
     Hands { pushes: usize, solids: Vec<Solid> },
 }

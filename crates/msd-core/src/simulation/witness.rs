@@ -1,4 +1,4 @@
-//! The drift detector: reports energy that the integrator adds, from samples of it now and then.
+//! The drift detector: reports energy that the integrator adds, from occasional samples.
 //!
 //! While no user input does work, kinetic + elastic + gravitational energy and that of user-defined
 //! elements can only fall: dampers, drag and contact dissipate it. Energy that moving solids and
@@ -95,11 +95,11 @@ pub struct Witness {
 struct Balance {
     /// The total of the last sample, joules.
     last: Option<f64>,
-    /// Since the first sample, joules: now, and at the end of the last window.
+    /// Since the first sample, joules: at the current one, and at the end of the last window.
     change: f64,
     settled: f64,
-    /// The changes of the last samples, in a ring, and how many there were; at rest the last
-    /// change in motion.
+    /// The changes of the last samples, in a ring, and their number; at rest the last change in
+    /// motion.
     recent: [f64; WINDOW as usize],
     count: usize,
     /// Whether the energy of a mode keeps from swinging, by the method.
@@ -187,7 +187,7 @@ impl Witness {
         if simulation.is_handled() {
             self.restart();
         } else {
-            // A substep adds no more than one rounding of everything, whatever their signs.
+            // A substep adds at most one rounding of everything, whatever their signs.
             let substeps = f64::from(simulation.settings().substeps);
             let steps = simulation.steps().saturating_sub(self.seen);
             let steps = if self.reference.is_none() { 0 } else { steps };

@@ -16,7 +16,7 @@ const EARLY: f64 = 1e-6;
 /// error of a trapezoid is a sixteenth of it there, less than the watch over the energy allows.
 const LEG: f64 = 4.0;
 
-/// The guides of a model, each with whether it guides now.
+/// The guides of a model, each with a flag: whether it currently guides.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Guides(pub(crate) Vec<(Guide, bool)>);
 

@@ -447,7 +447,7 @@ pub(super) fn overburdened(scene: &Scene, made: &[Option<Made>]) -> Vec<String> 
     notes.collect()
 }
 
-/// The gravity times how far a body reaches along it, square metres per second squared.
+/// The gravity times the extent of a body along it, square metres per second squared.
 fn drop(scene: &Scene, body: &Body) -> f64 {
     let gravity: DVec3 = scene.world.gravity;
     let depths =

@@ -353,7 +353,7 @@ fn closed(scene: &Scene, shell: &Shell) -> Vec<[usize; 2]> {
     pairs
 }
 
-/// After how many rounds of exempting features the rest is left to contact.
+/// Rounds of exempting features after which the rest is left to contact.
 const MOST_ROUNDS: usize = 8;
 
 /// A line on the keys of older files that have no effect, as contact has no stiffness.

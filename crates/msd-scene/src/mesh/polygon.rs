@@ -86,7 +86,7 @@ struct Outline<'a> {
     previous: Vec<usize>,
     /// Corners that turn left; one that does stays so.
     convex: Vec<bool>,
-    /// A corner that is left, and how many are.
+    /// A corner that is left, and the number of them.
     start: usize,
     left: usize,
 }

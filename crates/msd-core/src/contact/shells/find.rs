@@ -11,7 +11,7 @@ use crate::number::{Real, Vector, at_level};
 use crate::triangle::{nearest, part_of_edge};
 use alloc::vec::Vec;
 
-/// Rows as they are found.
+/// Rows while they are being found.
 pub(super) struct Finder<'a, R: Real> {
     pub(super) at: &'a At<'a, R>,
     pub(super) patch: &'a Patch<R>,
@@ -325,9 +325,9 @@ impl<'a, R: Real> Finder<'a, R> {
         self.faces_of(row.key).all(&mut stays_off) && least * least <= nearest.dot(nearest)
     }
 
-    /// Lets a row follow its features to where these are now; the same face takes the couple. A row
-    /// that slid off them stays on the features that continue them: their border would push it back
-    /// or on.
+    /// Lets a row follow its features to their current places; the same face takes the couple. A
+    /// row that slid off them stays on the features that continue them: their border would push it
+    /// back or on.
     pub(super) fn follow(&self, row: &mut ContactRow<R>) {
         let Some(mut new) = self.row(row.key, self.sides(row.key)) else { return };
         let is_off = |(new, old): (&R, &R)| *new == R::ZERO && *old != R::ZERO;

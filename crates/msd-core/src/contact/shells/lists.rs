@@ -187,7 +187,8 @@ impl<R: Real> Candidates<R> {
         *self.spare.get_or_insert_with(least)
     }
 
-    /// Adds to the wear of each pair how far its clusters may have come closer since the last look.
+    /// Adds to the wear of each pair the most by which its clusters may have come closer since the
+    /// last look.
     fn wear_out(&mut self, shells: &Shells, positions: &[R]) {
         core::mem::swap(&mut self.corners, &mut self.before);
         self.read_corners(shells, positions);
@@ -296,7 +297,7 @@ impl<R: Real> Candidates<R> {
         pair.features = first..self.features.len() as u32;
     }
 
-    /// Drops the features of earlier lists once they are most; returns how many there are.
+    /// Drops the features of earlier lists once they are most; returns their number.
     fn pack(&mut self) -> usize {
         let count = self.pairs.iter().map(|pair| pair.features.len()).sum::<usize>();
         if 2 * count < self.features.len() {

@@ -1,4 +1,4 @@
-//! Bounds on how much closer features come to each other in a substep.
+//! Bounds on the approach of features to each other in a substep.
 
 use super::clusters::{Cluster, Clusters};
 use super::features::{At, Shells};
@@ -84,7 +84,8 @@ impl<R: Real> Margins<R> {
         }
     }
 
-    /// By how much two clusters, or the features of one, may come closer to each other, metres.
+    /// The most by which two clusters, or the features of one, may come closer to each other,
+    /// metres.
     pub(super) fn between(&self, clusters: [u32; 2]) -> R {
         let [own, other] = clusters.map(|cluster| self.met[cluster as usize]);
         (own.with(other).diagonal().sqrt() * self.seconds + self.least).min(self.most)

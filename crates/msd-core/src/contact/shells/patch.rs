@@ -41,7 +41,7 @@ impl<R: Real> Patch<R> {
         }
     }
 
-    /// The means of the velocities of some vertices before a kick and now.
+    /// The means of the velocities of some vertices before a kick and their current ones.
     pub(super) fn means(&mut self, vertices: &[u32]) -> &[R::Vec3] {
         for &vertex in vertices {
             let (mean, now) = (&mut self.before[vertex as usize], self.velocities[vertex as usize]);

@@ -22,7 +22,7 @@ pub(super) struct ContactRow<R: Real> {
     pub(super) turns: bool,
     pub(super) turning: [u32; 3],
     pub(super) turns_by: [R::Vec3; 3],
-    /// The distance at which it stops them, and by how much they are farther apart, metres.
+    /// The distance at which it stops them, and their distance beyond that, metres.
     pub(super) stop: R,
     pub(super) gap: R,
     /// Velocity of the second side where that is an obstacle, or at which both sides of an overlap

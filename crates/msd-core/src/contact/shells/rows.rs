@@ -422,7 +422,7 @@ impl<R: Real> ShellRows<R> {
         }
     }
 
-    /// Lets the rows that have given an impulse follow their features to where these are now.
+    /// Lets the rows that have given an impulse follow their features to their current places.
     fn follow(&mut self, at: &At<'_, R>) {
         let finder = Finder::new(at, &self.patch, R::LARGEST.sqrt() * R::HALF);
         let acts = |row: &&mut ContactRow<R>| row.is_of_features() && row.push != R::ZERO;

@@ -7,8 +7,7 @@ use core::array::from_fn;
 /// opposite of the rest there is none.
 const LEAST_PART_SQUARED: f64 = 1e-8;
 
-/// The square of how much steeper than that of a flat bend a gradient may be: shells in use are
-/// below 2.
+/// The square of the largest ratio of a gradient to that of a flat bend: shells in use are below 2.
 const STEEPEST_SQUARED: f64 = 4.0;
 
 /// The current shape of a bend that is curved at rest.

@@ -400,8 +400,8 @@ impl Layout {
         }
     }
 
-    /// Adds rows that name each other end; returns the slot of each particle, and how many records
-    /// springs reach.
+    /// Adds rows that name each other end; returns the slot of each particle, and the number of
+    /// records springs reach.
     fn add_named(&mut self, springs: &BlockSprings<'_>) -> (Vec<u32>, usize) {
         let owned = springs.owned();
         let order = near_order(&springs.lists(), &owned);

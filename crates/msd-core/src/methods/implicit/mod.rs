@@ -420,7 +420,7 @@ fn add<R: Real>(changes: &[R], velocities: &mut [R]) {
     }
 }
 
-/// The terms of a residual: velocities before and now, metres per second, masses and forces.
+/// The terms of a residual: previous and current velocities, metres per second, masses and forces.
 struct Missing<'a, R> {
     masses: &'a [R],
     forces: &'a [R],

@@ -35,7 +35,7 @@ struct Whole {
     weight: f64,
     /// Friction on sliding particles, newton seconds.
     friction: DVec3,
-    /// Directions in which obstacles hold it, of length one, and how many.
+    /// Directions in which obstacles hold it, of length one, and their number.
     axes: [DVec3; 3],
     held: usize,
 }

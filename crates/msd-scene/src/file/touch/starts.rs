@@ -152,7 +152,7 @@ pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
 
 /// The overlap of a particle of a body with another body.
 struct Overlap {
-    /// By how much it is closer than the two stop each other, metres.
+    /// The length by which it is closer than the two stop each other, metres.
     depth: f64,
     /// Whether it is inside a closed surface.
     is_inside: bool,

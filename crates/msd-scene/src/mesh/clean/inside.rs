@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// Triangles sorted into columns along y, to count how often a vertical ray leaves the mesh.
+/// Triangles sorted into columns along y, to count the exits of a vertical ray from the mesh.
 pub(crate) struct Inside<'a> {
     positions: &'a [DVec3],
     triangles: &'a [[u32; 3]],

@@ -20,7 +20,7 @@ const OPEN: u32 = 0;
 const LEAST_VOLUME: f64 = 1e-9;
 
 /// Gives vertices of their own to closed parts that share some with another closed part. Returns
-/// how many vertices that made, and how many parts touch another.
+/// the number of vertices that this made, and the number of parts that touch another.
 ///
 /// A part is a run of faces, in the order of the file, every edge of which has two of them. Files
 /// write one object after the other; where an object is not closed, its faces stay with the rest.

@@ -71,7 +71,7 @@ impl Sets {
     }
 }
 
-/// The component of each vertex, numbered from 0 in order of their first vertex, and how many.
+/// The component of each vertex, numbered from 0 in order of their first vertex, and their number.
 pub(crate) fn components(count: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, usize) {
     let mut sets = Sets::new(count);
     for &[a, b, c] in triangles {

@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 
 /// Springs from each surface particle inward, if there is anything to hold on to.
 const BRACES: usize = 4;
-/// Springs all round: how far they reach, in spacings, the cosine of the least angle between those
-/// of a particle, and the most that it begins.
+/// Springs all round: their reach, in spacings, the cosine of the least angle between those of a
+/// particle, and the most that it begins.
 const REACH: f64 = 2.6;
 const APART: f64 = 0.94;
 pub(crate) const MOST_ROUND: usize = 60;
