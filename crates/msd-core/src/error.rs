@@ -187,8 +187,8 @@ pub struct Divergence {
     pub stable_substep: Option<f64>,
 }
 
-/// Where a millionth of a substep would be stable, the state kept has flown apart, and what is
-/// predicted about it is no advice.
+/// Where a millionth of a substep would be stable, the kept state has flown apart, and a prediction
+/// about it is not advice.
 const FAR_GONE: f64 = 1e-6;
 
 impl core::error::Error for Divergence {}

@@ -2,7 +2,7 @@
 //! and dampers.
 //!
 //! A [`Scene`] (rows that a person or a program writes) is checked and becomes a [`Model`] (columns
-//! that a step reads) and a [`State`] (columns that a step advances); a [`Simulation`] steps them,
+//! that a step reads) and a [`State`] (columns that a step advances). A [`Simulation`] steps them,
 //! in `f32` or `f64`:
 //!
 //! ```

@@ -328,7 +328,8 @@ fn best_level() -> Level {
 }
 
 /// Evaluates an expression in code compiled for the instructions of a level: SSE2, AVX2 or AVX-512
-/// of x86-64, elsewhere what the build was made for. What it calls must be `#[inline(always)]`.
+/// of x86-64, elsewhere the target of the build. Functions that it calls must be
+/// `#[inline(always)]`.
 macro_rules! at_level {
     ($level:expr, $simd:ident => $body:expr) => {{
         #[cfg(target_arch = "x86_64")]

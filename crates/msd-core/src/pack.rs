@@ -46,7 +46,7 @@ pub trait Number:
     fn is_less(self, other: Self) -> Self::Mask;
     /// Whether it is less than another or equal; a NaN never is.
     fn is_at_most(self, other: Self) -> Self::Mask;
-    /// One number where the answer is yes, another where it is no.
+    /// One number where the mask is set, another elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
     /// The smaller of two numbers.
     #[inline(always)]
@@ -98,7 +98,7 @@ pub(crate) struct Pack<S: Simd, R: Real>(R::Native<S>);
 pub(crate) type PackMask<S, R> = <Pack<S, R> as Number>::Mask;
 
 impl<S: Simd, R: Real> Pack<S, R> {
-    /// How many numbers it has.
+    /// Number of its lanes.
     pub(crate) const LEN: usize = <R::Native<S> as SimdBase<S>>::LEN;
 
     /// Numbers that are all one.

@@ -155,7 +155,7 @@ pub fn check_gradient(element: &dyn Element<f64>, state: &State<f64>) -> Result<
 }
 
 /// Checks that the products of an element are the derivatives of its forces, except for the term of
-/// a turning damper, which they leave out: the motion of the state is ignored.
+/// a turning damper, which they leave out. The motion of the state is ignored.
 ///
 /// # Errors
 /// The product and the derivative of the first particle where they differ.

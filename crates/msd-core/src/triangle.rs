@@ -23,10 +23,10 @@ impl<R: Real> Nearest<R> {
 /// Finds the point of a triangle that is nearest to the origin, and where two are, that of the
 /// first edge.
 ///
-/// Where the origin lies over the triangle, the weights are the areas that it makes with the edges;
-/// elsewhere the nearest point is on an edge that has the origin on its outer side (after Ericson,
+/// Where the origin lies over the triangle, the weights are the areas that it makes with the edges.
+/// Elsewhere the nearest point is on an edge that has the origin on its outer side (after Ericson,
 /// Real-Time Collision Detection, 2005, section 5.1.5). Of a triangle without an area, which has no
-/// sides, all edges are looked at. Corners that are no numbers are nowhere near.
+/// sides, all edges are looked at. Corners that are NaN are nowhere near.
 #[inline(always)]
 pub(crate) fn nearest<R: Real>(corners: [R::Vec3; 3]) -> Nearest<R> {
     let [a, b, c] = corners;
@@ -53,8 +53,8 @@ pub(crate) fn nearest<R: Real>(corners: [R::Vec3; 3]) -> Nearest<R> {
 /// The weights of a corner.
 const CORNER: [f64; 3] = [1.0, 0.0, 0.0];
 
-/// Which part of the way from one point to another the point nearest to the origin is; 0 or 1
-/// exactly where it is an end.
+/// The part of the way from one point to another at which the point nearest to the origin is; 0 or
+/// 1 exactly where it is an end.
 #[inline(always)]
 pub(crate) fn part_of_edge<R: Real>(from: R::Vec3, to: R::Vec3) -> R {
     let way = to - from;

@@ -21,7 +21,7 @@ fn sets() -> impl Iterator<Item = Instructions> {
     Instructions::ALL.into_iter().filter(|&set| set <= Instructions::best())
 }
 
-/// How often a property is tried: seldom where it is slow, in an emulator or in Miri.
+/// Number of cases of a property: few where it is slow, in an emulator or in Miri.
 const CASES: u32 = match (cfg!(debug_assertions), cfg!(target_arch = "x86_64"), cfg!(miri)) {
     (_, _, true) => 2,
     (false, _, _) => 128,
@@ -166,7 +166,7 @@ fn check_steps<R: Real>(scene: &Scene, queue: &[Interaction]) {
     }
 }
 
-/// What has no oracle here has the same bits by all instructions.
+/// Runs that have no oracle here have the same bits by all instructions.
 fn check_instructions<R: Real>(
     scene: &Scene,
     integrators: impl IntoIterator<Item = Integrator>,
@@ -342,7 +342,7 @@ fn is_subnormal(number: f64) -> bool {
 #[test]
 #[cfg_attr(miri, ignore = "it would take an hour")]
 fn a_motion_that_spreads_into_a_body_at_rest_is_never_subnormal() {
-    // Each substep dampers hand on a thousandth of a motion by one more particle: without a least
+    // Each substep dampers hand on a thousandth of a motion by one more particle. Without a least
     // motion a shell of subnormal numbers would run through the body, and stay in it.
     let material = Material { mass: 1.0, stiffness: 2200.0, damping: 1.0 };
     let mut scene = Scene::of("bar", shape::block([4, 4, 60], 1.0, material).expect("a lattice"));

@@ -205,7 +205,7 @@ fn rows_of_a_scene_take_what_the_documents_say() {
     assert_eq!([size_of::<Particle>(), size_of::<Spring>()], [56, 40]);
 }
 
-/// It is moved about with what holds it, on stacks that may be small.
+/// It is moved about with its owner, on stacks that may be small.
 #[test]
 fn what_predicts_is_small_to_move() {
     assert!(size_of::<msd_core::stability::Estimator>() < 1024);

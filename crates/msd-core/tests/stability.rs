@@ -33,7 +33,7 @@ fn random(mut scene: Scene, damping: f64, seed: u64) -> Scene {
     scene
 }
 
-/// The scene with the particles on its hull pinned and every length `factor` times what it is.
+/// The scene with the particles on its hull pinned and every length times `factor`.
 fn stretched(mut scene: Scene, factor: f64) -> Scene {
     let reach = |values: &dyn Fn(DVec3) -> f64| {
         let all = scene.particles.iter().map(|particle| values(particle.position));
@@ -121,7 +121,7 @@ const DAMPED_OR_NOT: [Integrator; 3] =
 
 #[test]
 fn springs_whose_ends_almost_coincide_set_no_limit() {
-    // What buckles is no limit, however hard it is pushed; sums over springs bound the others.
+    // Buckling sets no limit, however hard a spring is pushed; sums over springs bound the others.
     for gap in [0.0, 1e-15, 1e-12, 1e-9, 1e-6] {
         let mut scene = block(Material { damping: 5.0, ..SPRING });
         let mut random = Random(7);
@@ -133,7 +133,7 @@ fn springs_whose_ends_almost_coincide_set_no_limit() {
         for integrator in DAMPED_OR_NOT {
             let predicted = start.stable_substep_of(integrator, 4);
             let safe = start.guaranteed_substep(integrator);
-            // Sums of rows are two to four times what a lattice has.
+            // Sums of rows are two to four times those of a lattice.
             assert!((safe..5.0 * safe).contains(&predicted), "{gap}, {integrator}: {predicted} s");
         }
     }
@@ -180,7 +180,7 @@ fn explicit_euler_with_dampers_of_their_own_blows_up_where_predicted() {
     }
 }
 
-/// What buckles grows at any step, and is left out: a limit is never negative.
+/// A buckling motion grows at any step, and is left out: a limit is never negative.
 #[test]
 fn a_compressed_body_has_a_limit_under_explicit_euler_too() {
     for factor in [0.1, 0.5, 0.9] {
@@ -307,10 +307,10 @@ fn what_is_stiffer_than_any_number_bears_no_step() {
     assert_eq!(block.stable_substep_by(&mut estimator), block.stable_substep());
 }
 
-/// What a prediction in pieces comes to, and how many pieces it took.
+/// The result of a prediction in pieces, and the number of pieces.
 fn in_pieces(simulation: &Simulation<f32>, how: (Integrator, u32)) -> (f64, usize) {
     let mut estimator = Estimator::default();
-    // One that was not brought to its end leaves nothing.
+    // A prediction that was not finished leaves nothing.
     for _ in 0..5 {
         simulation.stable_substep_piecewise(Integrator::Rk4, 3, &mut estimator);
     }

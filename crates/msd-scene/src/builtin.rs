@@ -2,12 +2,12 @@
 
 use crate::mesh::{self, Mesh, MeshError};
 
-/// A built-in scene: its name and one line on what is seen.
+/// A built-in scene: its name and a description in one line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Builtin {
     /// The name a user writes.
     pub name: &'static str,
-    /// One line on what is seen.
+    /// A description in one line.
     pub title: &'static str,
     /// The scene file, TOML.
     pub text: &'static str,

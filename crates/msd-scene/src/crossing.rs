@@ -15,7 +15,7 @@ pub struct Triangle {
 /// Sees each two triangles that have no particle in common and of which an edge of one passes
 /// through the inside of the other, by their particles.
 ///
-/// Signs of volumes are exact (Shewchuk, 1997): what only touches does not cross.
+/// Signs of volumes are exact (Shewchuk, 1997): triangles that only touch do not cross.
 pub fn each_crossing(triangles: Vec<Triangle>, mut see: impl FnMut([[usize; 3]; 2])) {
     for_each_beside(triangles, |triangle, other| {
         if triangle.meets(other) && triangle.crosses(other) {
@@ -24,12 +24,12 @@ pub fn each_crossing(triangles: Vec<Triangle>, mut see: impl FnMut([[usize; 3]; 
     });
 }
 
-/// Calls with each pair of triangles that may meet, once, in an order that depends on them alone:
-/// they are in the cells of their lowest corners, as wide as the widest of them.
+/// Calls with each pair of triangles that may meet, once, in an order that depends on them alone.
+/// They are in the cells of their lowest corners, as wide as the widest of them.
 fn for_each_beside(triangles: Vec<Triangle>, mut look: impl FnMut(&Triangle, &Triangle)) {
     let widths = triangles.iter().map(|triangle| (triangle.high - triangle.low).max_element());
     let width = widths.fold(f64::MIN_POSITIVE, f64::max);
-    // What is further out is in the last cell.
+    // Everything further out is in the last cell.
     let far = DVec3::splat(1e9);
     let place = |low: DVec3| (low / width).floor().clamp(-far, far).as_ivec3();
     let cell = |triangle: Triangle| (place(triangle.low), triangle);

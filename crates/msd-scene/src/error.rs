@@ -1,4 +1,4 @@
-//! Errors of files and of what they ask for; every message is one line for each refusal.
+//! Errors of files and of their content; every message is one line for each refusal.
 
 use crate::mesh::MeshError;
 use crate::shown::tame;
@@ -29,7 +29,7 @@ pub enum FileError {
     /// A file that could not be read.
     #[error("{file}: cannot be read: {reason}")]
     Unreadable {
-        /// Which file.
+        /// The file.
         file: String,
         /// Why, in the words of the operating system.
         reason: String,
@@ -37,7 +37,7 @@ pub enum FileError {
     /// A file that could not be written; nothing of it exists.
     #[error("{file}: cannot be written: {reason}")]
     Unwritable {
-        /// Which file.
+        /// The file.
         file: String,
         /// Why.
         reason: String,
@@ -45,9 +45,9 @@ pub enum FileError {
     /// A name that is neither a built-in scene nor a file.
     #[error("no scene `{name}`: {hint}")]
     UnknownScene {
-        /// What the user wrote.
+        /// The name that the user wrote.
         name: String,
-        /// The nearest names, or what there is.
+        /// The nearest names, or all names.
         hint: String,
     },
     /// Text that does not follow its format, or rows that do not fit together.
@@ -55,7 +55,7 @@ pub enum FileError {
     Malformed {
         /// Where.
         place: Place,
-        /// What is wrong.
+        /// The fault.
         reason: String,
     },
     /// A value outside its domain.
@@ -63,7 +63,7 @@ pub enum FileError {
     OutOfDomain {
         /// Where.
         place: Place,
-        /// Which key, from the top: `bodies[2].stiffness`.
+        /// The key, from the top: `bodies[2].stiffness`.
         key: String,
         /// The value.
         value: String,
@@ -100,23 +100,23 @@ pub enum FileError {
     TooLarge {
         /// Where.
         place: Place,
-        /// Which key.
+        /// The key.
         key: String,
-        /// What the scene would have up to here.
+        /// Counts of the scene up to here.
         counts: String,
         /// Memory it would take, billions of bytes.
         gigabytes: f64,
         /// Memory it may take, billions of bytes.
         limit: f64,
-        /// What to do about it, after a semicolon; may be empty.
+        /// Advice, after a semicolon; may be empty.
         hint: &'static str,
     },
     /// A file of another format than this msd reads.
     #[error("{file}: is a {what} of format {found}; this msd reads format {known}")]
     Format {
-        /// Which file.
+        /// The file.
         file: String,
-        /// What kind of file: a saved run, a recording.
+        /// The kind of file: a saved run, a recording.
         what: &'static str,
         /// The format that the file says it has.
         found: u32,
@@ -129,15 +129,15 @@ pub enum FileError {
         row.map(|row| format!("row {row}: ")).unwrap_or_default()
     )]
     StateRow {
-        /// Which file.
+        /// The file.
         file: String,
-        /// Which row, counted from 1 after the header; none for the header.
+        /// The row, counted from 1 after the header; none for the header.
         row: Option<usize>,
-        /// Which column.
+        /// The column.
         quantity: String,
-        /// What stands there.
+        /// The value found.
         value: String,
-        /// What should stand there.
+        /// The value expected.
         expected: String,
     },
     /// A mesh that could not be read or made into a body.
@@ -148,9 +148,9 @@ pub enum FileError {
     SceneMesh {
         /// Where.
         place: Place,
-        /// Which key led to it.
+        /// The key that led to it.
         key: String,
-        /// What is wrong.
+        /// The fault.
         source: Box<MeshError>,
     },
     /// Several things that are wrong with one file, in its order.
@@ -159,9 +159,9 @@ pub enum FileError {
     /// A scene that msd-core refuses.
     #[error("{file}: {source}")]
     Core {
-        /// Which scene.
+        /// The scene.
         file: String,
-        /// What msd-core says.
+        /// The error of msd-core.
         source: Box<msd_core::Error>,
     },
 }
@@ -192,7 +192,7 @@ impl FileError {
     /// `bodies[2].stiffness`.
     ///
     /// # Errors
-    /// The error as it was where there is no such place, or it is not of a value.
+    /// The same error where there is no such place, or it is not of a value.
     pub fn placed(self, place: &impl Fn(&str) -> Option<Place>) -> Result<Self, Self> {
         if let FileError::Several(errors) = self {
             let each = |error: Self| error.placed(place).unwrap_or_else(|error| error);
@@ -244,7 +244,7 @@ pub fn plain(number: f64) -> String {
     if long { format!("{number:e}") } else { number.to_string() }
 }
 
-/// The name nearest to what was written, if one is near enough to be meant.
+/// The name nearest to the written one, if one is near enough to be meant.
 pub fn nearest<'n>(written: &str, names: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     let written = written.to_lowercase();
     let scored = names.into_iter().map(|name| (likeness(&written, &name.to_lowercase()), name));

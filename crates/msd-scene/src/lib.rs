@@ -1,8 +1,8 @@
 //! Scene files, built-in scenes, meshes, state files and saved runs.
 //!
-//! [`open()`] takes what a user writes - the name of a built-in scene, a scene file, a mesh or a
-//! saved run - and returns a [`Loaded`]: the rows of a [`Scene`](msd_core::Scene) and how its
-//! author wants it stepped. `msd-run` makes a run of it.
+//! [`open()`] takes the user's input - the name of a built-in scene, a scene file, a mesh or a
+//! saved run - and returns a [`Loaded`]: the rows of a [`Scene`](msd_core::Scene) and the settings
+//! of its author. `msd-run` makes a run of it.
 //!
 //! ```
 //! let loaded = msd_scene::open("jelly")?;

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 pub struct Loaded {
     /// The name of the scene, without folder and extension.
     pub name: String,
-    /// One line on what is seen.
+    /// A description in one line.
     pub title: String,
     /// The rows.
     pub scene: Scene,
@@ -29,19 +29,19 @@ pub struct Loaded {
     pub precision: Precision,
     /// From where its author wants it looked at. Not of a saved run.
     pub camera: Viewpoint,
-    /// What was done to the input, one line each: welded vertices and the like. Not saved.
+    /// Notes on the input, one line each: welded vertices and the like. Not saved.
     #[serde(skip)]
     pub notes: Vec<String>,
     /// The files that [`open()`](crate::open()) read it from, which nothing should be written over:
     /// a scene file and its meshes, or a saved run. Not saved.
     #[serde(skip)]
     pub files: Vec<PathBuf>,
-    /// What each body is made of; none of one that is given by masses and springs, and nothing of a
-    /// saved run. Not saved.
+    /// The material of each body; none of a body that is given by masses and springs, and empty for
+    /// a saved run. Not saved.
     #[serde(skip)]
     pub made: Vec<Option<Made>>,
-    /// The springs of each body, and of each row of links after them, with what their rest lengths
-    /// are multiplied by; nothing of a saved run. Not saved.
+    /// The springs of each body, and of each row of links after them, with the factors of their
+    /// rest lengths; empty for a saved run. Not saved.
     #[serde(skip)]
     pub rest_scales: Vec<(Range<usize>, f64)>,
     /// The particles of each row of pins that names a set, by that name, or as `pins[1]` where an
@@ -52,7 +52,8 @@ pub struct Loaded {
     /// newtons; `None` without a wind. In a saved run it follows the rest.
     #[serde(skip)]
     pub wind: Option<(Wind, DVec3)>,
-    /// Of a saved run: how far it is, and what holds it. The scene alone is how it stands then.
+    /// Progress of a saved run, from which it resumes. The scene alone has its current places and
+    /// velocities.
     pub progress: Option<Box<Progress>>,
 }
 
@@ -77,7 +78,8 @@ impl Loaded {
         }
     }
 
-    /// The scene to be run from time 0 where a saved run is: what moves is as far on its way.
+    /// The scene to be run from time 0 at the state of a saved run: its motions are as far on their
+    /// way.
     pub fn restarted(mut self) -> Self {
         if let Some(progress) = &self.progress {
             self.scene.guides.clone_from(&progress.guides);
@@ -86,7 +88,7 @@ impl Loaded {
         self
     }
 
-    /// How it is stepped.
+    /// Its solver.
     pub fn solver(&self) -> Solver {
         let Loaded { settings, precision, automatic, .. } = *self;
         Solver { settings, precision, automatic }
@@ -108,8 +110,8 @@ impl Loaded {
         self.wind.map_or(self.scene.world.force, |(_, calm)| calm) + wind.force(time)
     }
 
-    /// Whether this is a run that was saved, called by a name that other files may be called by and
-    /// a title that is a line: to be asked of what comes from elsewhere.
+    /// Returns whether this is a saved run with a usable file name and a title of one line: to be
+    /// asked of runs that come from elsewhere.
     pub fn is_saved(&self) -> bool {
         let Loaded { name, title, progress, .. } = self;
         let is_line = |text: &str| !text.chars().any(char::is_control);

@@ -1,7 +1,7 @@
-//! Materials by name: what was measured, by whom and on what.
+//! Materials by name: their measured numbers, and the sources of these.
 //!
-//! Every number has its source, but for what the field `remarks` says; what has no source is not
-//! here. Moduli are those of small strains, at room temperature.
+//! Every number has its source, except where the field `remarks` says otherwise; a number without a
+//! source is not here. Moduli are those of small strains, at room temperature.
 
 /// A material that a scene may name.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,7 +12,7 @@ pub struct Named {
     pub numbers: Numbers,
     /// Who measured or set them, and where they are published.
     pub source: &'static str,
-    /// What was measured, over which range, and what was added.
+    /// The measured quantity, its range, and any additions.
     pub remarks: &'static str,
 }
 
@@ -59,7 +59,7 @@ const fn gelatine(name: &'static str, shear: f64, relaxation_time: f64) -> Named
     }
 }
 
-/// What a body is made of, as an engineer would say it.
+/// The material of a body, as an engineer would say it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Made {
     /// The name of its material, if it has one.
@@ -99,8 +99,8 @@ const fn denim() -> Numbers {
         // Its forces are those of an energy C33 e12² per area, e12 being half of the angle.
         shear: c33 / 2.0,
         area_density: 0.324,
-        // A quarter of that of hinges: see docs/explanation/materials.md. A hinge bends what
-        // crosses it.
+        // A quarter of that of hinges: see docs/explanation/materials.md. A hinge bends the threads
+        // that cross it.
         bending: [across_2 / 4.0, across_1 / 4.0, across_45 / 4.0],
     }
 }

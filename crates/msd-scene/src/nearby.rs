@@ -43,7 +43,7 @@ impl<'a> Nearby<'a> {
     }
 
     /// Overwrites `found` with the `count` points nearest to one of them, all others if there are
-    /// fewer, by the squares of their distances; equal ones in order of index.
+    /// fewer, by the squares of their distances. Equal ones are in order of index.
     fn find_nearest(&self, row: usize, count: usize, found: &mut Vec<(f64, usize)>) {
         let (point, all) = (self.points[row], self.points.len() - 1);
         for reach in 2.. {
@@ -54,7 +54,7 @@ impl<'a> Nearby<'a> {
             let is_all = found.len() == all;
             found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             found.truncate(count);
-            // Whoever is no farther away than the radius is in one of the cubes looked at.
+            // Every point within the radius is in one of the cubes looked at.
             let within = |&(square, _): &(f64, usize)| square <= radius * radius;
             if is_all || (found.len() == count && found.last().is_none_or(within)) {
                 return;

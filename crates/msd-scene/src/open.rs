@@ -23,11 +23,11 @@ use std::sync::{Mutex, PoisonError};
 /// Endings of mesh files.
 const MESH_ENDINGS: [&str; 5] = ["obj", "stl", "ply", "gltf", "glb"];
 
-/// Opens a scene by what a user writes: a built-in name, a `.toml` or `.json` scene file, a mesh, a
+/// Opens a scene by the user's input: a built-in name, a `.toml` or `.json` scene file, a mesh, a
 /// saved run (`.msd`).
 ///
 /// A mesh becomes a body 2 m long that drops on the ground. The name of a built-in scene means that
-/// scene even beside a file or folder of the same name, which `./` reaches; `bunny.obj` and
+/// scene even beside a file or folder of the same name, which `./` reaches. `bunny.obj` and
 /// `teapot.obj` mean a file where there is one, else the mesh that the crate carries.
 ///
 /// # Errors
@@ -36,12 +36,12 @@ pub fn open(name: impl AsRef<Path>) -> Result<Loaded, FileError> {
     open_set(name, &[])
 }
 
-/// Opens what [`open`] does with values that keys of the scene are given in place of its own, one
-/// after the other; notes and title of the scene name them.
+/// Opens a scene as [`open`] does, with values for keys of the scene in place of its own, one after
+/// the other. Notes and title of the scene name them.
 ///
 /// # Errors
-/// What [`open`] refuses; a value that does not fit, at its place on the command line; any value of
-/// a saved run, which has no keys.
+/// The errors of [`open`]; a value that does not fit, at its place on the command line; any value
+/// of a saved run, which has no keys.
 pub fn open_set(name: impl AsRef<Path>, assignments: &[Assignment]) -> Result<Loaded, FileError> {
     let name = name.as_ref();
     if ending(name) == storage::ENDING && assignments.is_empty() {
@@ -53,20 +53,20 @@ pub fn open_set(name: impl AsRef<Path>, assignments: &[Assignment]) -> Result<Lo
     draft.load(&draft.source()?)
 }
 
-/// Opens a scene file, a mesh or a saved run from the bytes of a file called `name`; touches no
+/// Opens a scene file, a mesh or a saved run from the bytes of a file called `name`. It touches no
 /// other, so a scene can only name meshes that the crate carries.
 ///
 /// # Errors
-/// An ending that tells no format; everything that [`load`] refuses.
+/// An ending of no known format; everything that [`load`] refuses.
 pub fn open_bytes(name: &str, bytes: &[u8]) -> Result<Loaded, FileError> {
     open_bytes_with(name, bytes, &BTreeMap::new())
 }
 
-/// Opens what [`open_bytes`] does; a scene can also name the meshes that are given here, as the
+/// Opens a scene as [`open_bytes`] does. It can also name the meshes that are given here, as the
 /// bytes of their files by the names that it has for them.
 ///
 /// # Errors
-/// An ending that tells no format; everything that [`load`] refuses.
+/// An ending of no known format; everything that [`load`] refuses.
 pub fn open_bytes_with(
     name: &str,
     bytes: &[u8],
@@ -138,7 +138,7 @@ pub fn write(file: &SceneFile, format: SceneFormat) -> Result<String, FileError>
 
 /// A scene that has been read and whose values may still be replaced before it is understood.
 pub struct Draft {
-    /// What the user calls the scene, with the folder it was found in.
+    /// The user's name of the scene, with the folder it was found in.
     pub name: String,
     text: Cow<'static, str>,
     format: SceneFormat,
@@ -157,11 +157,11 @@ pub struct Draft {
 /// shell keeps the stiffness of its springs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finer {
-    /// The scene, ready to run; its settings are those of the scene as it was.
+    /// The scene, ready to run; its settings are those of the original scene.
     pub loaded: Loaded,
     /// Its rows.
     pub rows: SceneFile,
-    /// Pairs of particles that stand at one place in the scene as it was and in this one: all of a
+    /// Pairs of particles that stand at one place in the original scene and in this one: all of a
     /// lattice, those on the surface of a mesh.
     pub common: Vec<[usize; 2]>,
 }
@@ -176,7 +176,7 @@ enum Origin {
 }
 
 impl Draft {
-    /// Reads what [`open`] would open, files relative to a folder.
+    /// Reads a scene that [`open`] would open, files relative to a folder.
     pub fn open(name: &Path, folder: &Path) -> Result<Self, FileError> {
         let path = folder.join(name);
         let shown = shown_path(&path);
@@ -209,8 +209,8 @@ impl Draft {
         Ok(draft)
     }
 
-    /// Takes the text of a scene file called `name`, and the bytes of the mesh files that it names;
-    /// touches no file, so other meshes can only be those that the crate carries.
+    /// Takes the text of a scene file called `name`, and the bytes of the mesh files that it names.
+    /// It touches no file, so other meshes can only be those that the crate carries.
     pub fn of_text(
         name: &str,
         (text, format): (String, SceneFormat),
@@ -263,11 +263,11 @@ impl Draft {
     }
 
     /// Understands the tree with every body at its spacing halved so many times: see [`Finer`].
-    /// `coarse` is the scene that the tree is as it stands.
+    /// `coarse` is the scene of the unrefined tree.
     ///
     /// # Errors
-    /// A body that has no spacing, with its name; a finer scene that does not fit the memory; what
-    /// [`Draft::load`] refuses.
+    /// A body that has no spacing, with its name; a finer scene that does not fit the memory; the
+    /// errors of [`Draft::load`].
     pub fn finer(
         &self,
         source: &Source<'_>,
@@ -307,7 +307,7 @@ impl Draft {
         })
     }
 
-    /// The files that were read so far; a mesh that the crate carries is none.
+    /// The files that were read so far; a mesh that the crate carries is not among them.
     pub fn files(&self) -> Vec<PathBuf> {
         let mut files = self.files.clone();
         if let Origin::File(folder) = &self.origin {
@@ -404,9 +404,9 @@ fn finish(source: &Source<'_>, understood: Understood) -> Loaded {
 
 /// The scene that a bare mesh drops into.
 const MESH_SCENE: &str = include_str!("../scenes/mesh.toml");
-/// What it calls the mesh.
+/// Its name of the mesh.
 const MESH_FILE: &str = "the mesh that was named";
-/// How far above the ground a bare mesh starts, metres.
+/// Height above the ground at which a bare mesh starts, metres.
 const DROP: f64 = 0.3;
 /// The most substeps that a bare mesh is given: beyond it another stiffness is the better answer.
 const MAX_SUBSTEPS: f64 = 1000.0;

@@ -3,14 +3,14 @@
 use crate::precision::Precision;
 use msd_core::{Real, Scene};
 
-/// The part of the energy at stake from which on rounding is reported: every substep rounds anew,
-/// and dampers burn what that adds, many times as much in a second.
+/// The part of the energy at stake from which on rounding is reported. Every substep rounds anew,
+/// and dampers dissipate the energy that this adds, many times as much in a second.
 const SMALL: f64 = 1e-3;
-/// The stretch of a spring, as a part of its rest length, that is at stake in any scene: one that
-/// has come to rest without gravity has no other energy.
+/// The stretch of a spring, as a part of its rest length, that is at stake in any scene. A scene
+/// that has come to rest without gravity has no other energy.
 const STRETCH: f64 = 1e-3;
 
-/// What rounding does to the coordinates of a scene.
+/// The effect of rounding the coordinates of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rounding {
     /// The largest coordinate at the start, and of key frames of pins, metres.
@@ -25,7 +25,7 @@ pub struct Rounding {
 }
 
 impl Rounding {
-    /// What is lost of a scene in a precision: with δ = ε |x|, Σ k δ² / 2.
+    /// The loss of a scene in a precision: with δ = ε |x|, Σ k δ² / 2.
     pub fn of(scene: &Scene, precision: Precision) -> Self {
         let epsilon = match precision {
             Precision::F32 => f32::EPSILON.to_f64(),

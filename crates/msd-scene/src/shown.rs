@@ -1,9 +1,9 @@
-//! Text from outside as a message shows it: without what would break its line.
+//! Text from outside as a message shows it: without characters that would break its line.
 
 use std::path::Path;
 
-/// Makes what was read from a file fit to be quoted: a control character would break the line or
-/// move the cursor of a terminal, and others turn the direction of what follows.
+/// Makes a text from a file fit to be quoted. A control character would break the line or move the
+/// cursor of a terminal, and others turn the direction of the text after them.
 pub fn tame(text: &str) -> String {
     let mut tame = String::with_capacity(text.len());
     for character in text.chars() {
@@ -21,7 +21,7 @@ pub fn tame(text: &str) -> String {
     tame
 }
 
-/// A path as a message shows it: a name may hold control characters, and bytes that are no text.
+/// A path as a message shows it: a name may hold control characters, and bytes that are not text.
 pub fn shown_path(path: &Path) -> String {
     tame(&path.display().to_string())
 }

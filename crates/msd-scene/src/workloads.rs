@@ -19,12 +19,12 @@ use rand_pcg::rand_core::Rng;
 const MASS: f64 = 1.0;
 /// Distance of neighbours along an axis, metres.
 const SPACING: f64 = 1.0;
-/// How far above the plane the lowest particles of the block start, metres.
+/// Height above the plane at which the lowest particles of the block start, metres.
 const DROP: f64 = 1.0;
 /// Springs of a particle of the unstructured block at least.
 const NEAREST: usize = 14;
 
-/// How the work is stepped unless a user chooses otherwise: frames of 1/60 s in 12 substeps of
+/// The settings of the work unless a user chooses otherwise: frames of 1/60 s in 12 substeps of
 /// symplectic Euler.
 pub fn settings() -> Settings {
     let integrator = Integrator::SymplecticEuler;
@@ -67,7 +67,7 @@ pub fn block(side: usize) -> Result<Scene, FileError> {
 /// Makes an unstructured block of `count` particles at random places in a cube, which drops from 1
 /// m on the plane of [`block`].
 ///
-/// Unit masses, on average one in a cubic metre, in no order; each is joined to its 14 nearest, or
+/// Unit masses, on average one in a cubic metre, in no order. Each is joined to its 14 nearest, or
 /// to all others if there are fewer, no two of them twice: about 8 springs per particle. As long at
 /// rest as the ends are apart, stiffness 2200 N/m, damping 1 N s/m. The same bits on every machine.
 ///

@@ -1,5 +1,5 @@
-//! Memory that reading takes: of a mesh not for what its header promises, of a scene file no more
-//! than was said.
+//! Memory that reading takes: of a mesh not for the promises of its header, of a scene file at most
+//! the estimate.
 
 use cap::Cap;
 use msd_scene::mesh::{self, Format};
@@ -10,7 +10,7 @@ use std::sync::Mutex;
 #[global_allocator]
 static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
 
-/// What is measured is of the whole program.
+/// The measurement is of the whole program.
 static ALONE: Mutex<()> = Mutex::new(());
 
 /// Rows promised: positions alone would take a gigabyte.
@@ -71,7 +71,7 @@ fn a_header_that_promises_a_gigabyte_takes_a_megabyte_at_most() {
     for (name, format, bytes) in files {
         let before = ALLOCATOR.total_allocated();
         let error = mesh::parse(&bytes, format, name).expect_err("a promise that is not kept");
-        // The text, its lines and what is read of it: some copies of 4 kB.
+        // The text, its lines and the parts read of it: some copies of 4 kB.
         let taken = ALLOCATOR.total_allocated() - before;
         assert!(taken <= 1 << 20, "{taken} bytes to find out that {error}");
     }
@@ -106,7 +106,7 @@ fn a_text_of_31_mebibytes_that_would_fill_the_memory_is_refused_before_it_is_rea
 #[test]
 fn a_text_takes_no_more_memory_than_is_estimated_before_it_is_read() {
     let _alone = ALONE.lock();
-    // A 300th of the largest: what is estimated is a sum over the text.
+    // A 300th of the largest: the estimate is a sum over the text.
     let most = 1_500_000_000 / 300;
     let (toml, json) = (SceneFormat::Toml, SceneFormat::Json);
     for (format, start, row, end, each) in [

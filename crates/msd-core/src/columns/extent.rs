@@ -49,7 +49,7 @@ impl<R: Real> Default for Extent<R> {
 }
 
 impl<R: Real> Extent<R> {
-    /// The box around a vector of each of some particles, a part of a record at a time: `of` makes
+    /// The box around a vector of each of some particles, a part of a record at a time. `of` makes
     /// the vectors from where the record starts and from where in it the part does.
     ///
     /// In registers by name: the compiler makes such bounds of arrays one number at a time.
@@ -126,7 +126,7 @@ impl<R: Real> Extent<R> {
         (x + y + z).sqrt()
     }
 
-    /// How far apart both are along each axis; negative where they overlap.
+    /// Distance between both along each axis; negative where they overlap.
     #[inline(always)]
     fn gaps(self, other: Self) -> [R; 3] {
         let (above, below) = (other.low - self.high, self.low - other.high);

@@ -1,7 +1,7 @@
 //! Columns of numbers in the order of slots, aligned to cache lines.
 //!
 //! Sixteen particles are a record: sixteen x, then sixteen y, then sixteen z. A column of vectors
-//! is records one after the other, a flat slice that a pass walks from end to end; a column of
+//! is records one after the other, a flat slice that a pass walks from end to end. A column of
 //! numbers has sixteen of them for each record.
 
 pub mod slots;

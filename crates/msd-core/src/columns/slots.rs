@@ -2,7 +2,7 @@
 //!
 //! Particles are kept in blocks, one after the other, as springs are evaluated block by block. The
 //! particles of a block whose numbering has an order, as in a lattice, are cut into sixteen
-//! segments of equal length, one for each lane: a spring to the particle d further on then goes
+//! segments of equal length, one for each lane. A spring to the particle d further on then goes
 //! from a record to the record d further on, in the same lane. Those of another block follow each
 //! other in an order of its own, sixteen to a record.
 
@@ -13,7 +13,7 @@ use core::ops::Range;
 /// Particles that are kept together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// Which particles, in the order of the scene.
+    /// The particles, in the order of the scene.
     pub(crate) particles: Range<usize>,
     /// The record in front of the first; it belongs to no particle.
     pub(crate) blank: usize,

@@ -1,6 +1,6 @@
 //! Loops over long columns, shared among the threads of the current rayon pool.
 //!
-//! A column is halved until its parts are short, at places that depend on its length alone; the
+//! A column is halved until its parts are short, at places that depend on its length alone. The
 //! results of the parts are merged in the order of the halves. So a sum has the same bits on any
 //! number of threads, and without the feature `parallel`.
 

@@ -110,7 +110,7 @@ fn gone_far<R: Real>(
 /// The number of particles inside from which on the whole record is computed.
 const MANY: u32 = 8;
 
-/// How deep a point is inside a plane, metres.
+/// Depth of a point inside a plane, metres.
 #[inline(always)]
 fn depth<R: Real>(plane: &PlaneColumn<R>, x: &[R; RECORD], lane: usize) -> R {
     plane.offset - dot(plane.normal.components(), lane_of(x, lane))
@@ -252,7 +252,7 @@ impl<R: Real> Batch<R> {
             let moving = self.moving() & !several;
             note(self.meet_curved(own.of::<R>(), (&flat, time, moving), &mut tally.contacts));
         }
-        // What one surface has put into another is held by both.
+        // Both surfaces hold a particle that one of them has put into the other.
         for lane in lanes(again) {
             tally.contacts.squeezed |= is_squeezed(obstacles, self.at(lane), time);
             self.pulls_nothing(lane);
@@ -331,7 +331,7 @@ impl<R: Real> Batch<R> {
         }
     }
 
-    /// How deep a particle is inside a plane, metres.
+    /// Depth of a particle inside a plane, metres.
     #[inline(always)]
     fn depth(&self, plane: &PlaneColumn<R>, lane: usize) -> R {
         depth(plane, &self.positions, lane) + self.radii[lane]
@@ -349,8 +349,8 @@ impl<R: Real> Batch<R> {
         }
     }
 
-    /// Meets a plane: those that it keeps all at once, the few others one by one. Which were
-    /// inside.
+    /// Meets a plane: those that it keeps all at once, the few others one by one. Returns those
+    /// that were inside.
     #[inline(always)]
     fn meet_plane(
         &mut self,
@@ -426,8 +426,8 @@ impl<R: Real> Batch<R> {
         })
     }
 
-    /// Meets an obstacle that is no plane; the bits say which particles may be inside, and then
-    /// which were.
+    /// Meets an obstacle that is not a plane. The bits given say which particles may be inside, the
+    /// bits returned which were.
     #[inline(always)]
     fn meet_curved(
         &mut self,

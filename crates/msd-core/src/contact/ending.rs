@@ -31,7 +31,7 @@ pub(crate) struct Substep<'a, R> {
     pub(crate) h: R,
     /// Simulated time at its end, seconds.
     pub(crate) time: f64,
-    /// How far velocities are ahead of those that made the displacement, seconds: under an
+    /// Time by which velocities are ahead of those that made the displacement, seconds: under an
     /// acceleration a it was h (v − lag a).
     pub(crate) lag: R,
     /// A way that no particle has gone beyond in it, metres.
@@ -45,7 +45,7 @@ pub(crate) struct Substep<'a, R> {
 }
 
 impl<R: Real> Substep<'_, R> {
-    /// One that takes no time.
+    /// A substep that takes no time.
     pub(crate) fn instant(time: f64) -> Self {
         let [h, lag, reach] = [R::ZERO; 3];
         let evaluated = Evaluated::Nowhere;

@@ -16,12 +16,12 @@ use fearless_simd::Level;
 pub(crate) struct Contact {
     /// On its surface or inside.
     pub(crate) near: u16,
-    /// Inside; of a method that holds what lies on a surface, by more than rounding.
+    /// Inside; for a method that holds particles on a surface, by more than rounding.
     pub(crate) inside: u16,
 }
 
 impl Contact {
-    /// On the surface, for a method that holds what lies there.
+    /// On the surface, for a method that holds particles there.
     fn on(self) -> u32 {
         u32::from(self.near & !self.inside)
     }
@@ -122,7 +122,7 @@ pub(crate) struct ContactSearch<'a, R> {
 pub(crate) struct When {
     /// Simulated time, seconds.
     pub(crate) time: f64,
-    /// Whether the method holds by [`super::after_kick`] what lies on an obstacle.
+    /// Whether the method holds particles on an obstacle by [`super::after_kick`].
     pub(crate) settles: bool,
 }
 
@@ -250,7 +250,8 @@ fn is_any_at<R: Real>(
     any.iter().fold(0, |all, any| all | any) != 0
 }
 
-/// The contact of a record with an obstacle that is no plane; the bits say who may have one.
+/// The contact of a record with an obstacle that is not a plane; the bits say which particles may
+/// have one.
 #[inline(always)]
 fn sampled_contact<R: Real, O: Sampled<R> + ?Sized>(
     obstacle: &O,

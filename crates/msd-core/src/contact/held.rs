@@ -1,9 +1,9 @@
 //! A particle that several surfaces hold at a time.
 //!
-//! Surfaces push and never pull, and Coulomb's law limits what each takes along itself by what it
-//! pushes. To stop a particle surface by surface is wrong: where two meet at an obtuse angle, the
-//! second gives the velocity that it takes a part away from the first, and a particle in a groove
-//! is thrown out of it. So pushes are sums that the next surface may lower again: those without
+//! Surfaces push and never pull, and Coulomb's law limits the impulse of each along itself by its
+//! push. Stopping a particle surface by surface is wrong. Where two meet at an obtuse angle, the
+//! second gives the velocity that it takes a part away from the first, and throws a particle in a
+//! groove out of it. So pushes are sums that the next surface may lower again. Those without
 //! friction are found exactly ([`Facets`]), and friction in sweeps from there (Gauss-Seidel with
 //! accumulated impulses: Moreau, 1988; Jean, 1999).
 
@@ -51,7 +51,7 @@ pub(crate) struct Stopped<R: Real> {
 /// two are exact; a surface that passes by another leaves the square of a coefficient of friction.
 const SWEEPS: usize = 64;
 
-/// Roundings of a velocity below which what is left of it counts as none.
+/// Roundings of a velocity below which its rest counts as none.
 const ROUNDINGS: f64 = 64.0;
 
 impl<R: Real> Default for Limits<R> {
@@ -123,7 +123,7 @@ impl<R: Real> Limits<R> {
     }
 
     /// The velocity at which a particle is at its least speed off each surface of a set, a bit for
-    /// each, and their pushes; none where their normals depend on each other.
+    /// each, and their pushes. None where their normals depend on each other.
     fn push_out_of(&self, set: u32, velocity: R::Vec3) -> Option<(R::Vec3, [R; MOST])> {
         let mut corner = Facets::default();
         let mut v = velocity;
@@ -199,7 +199,7 @@ pub(crate) struct Facet<R: Real> {
 }
 
 /// A face, an edge of two or a corner of three, with axes of their own (Gram and Schmidt): an
-/// impulse along the axis of one leaves those before as they are.
+/// impulse along the axis of one leaves those before unchanged.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Facets<R: Real> {
     faces: [Facet<R>; 3],

@@ -46,7 +46,7 @@ pub(crate) struct Arrival<R: Real> {
     /// It, without a surface.
     touch: Touch<R>,
     rows: Limits<R>,
-    /// How deep it is in each, metres, and the depth that counts as none.
+    /// Its depth in each, metres, and the depth that counts as none.
     depths: [(R, R); MOST],
 }
 
@@ -66,8 +66,9 @@ impl<R: Real> Arrival<R> {
         self.rows.push(row);
     }
 
-    /// Its acceleration on the surfaces that it lay on: where a method holds what lies after each
-    /// kick, those that it is on still, as one that met it within the substep is further off.
+    /// Its acceleration on the surfaces that it lay on. Where a method holds particles after each
+    /// kick, these are the surfaces that it is on still, as one that it met within the substep is
+    /// further off.
     fn slope(&self, span: &Span<R>) -> R::Vec3 {
         let mut lain = Limits::<R>::default();
         for (row, (depth, noise)) in self.rows.rows().iter().zip(self.depths) {
@@ -105,8 +106,8 @@ impl<R: Real> Arrival<R> {
     /// Where it is and how fast, once all of them have held it; `depth` is how deep a place is in
     /// the surface of a number, metres.
     ///
-    /// As with a single one ([`hold`]), a particle that sticks goes back to where it met them, and
-    /// one that slides goes back by the way that friction would have saved. Energy is that of the
+    /// As with a single one ([`hold`]), a particle that sticks goes back to where it met them. One
+    /// that slides goes back by the way that friction would have saved. Energy is that of the
     /// motion at the start of the substep, by a constant force.
     pub(crate) fn land(
         mut self,
@@ -118,7 +119,7 @@ impl<R: Real> Arrival<R> {
             [self.touch.position, self.touch.velocity, self.touch.pull]
                 .map(R::Vec3::from_components);
         let slope = self.slope(span);
-        // Its displacement was that of the motion along what it lay on.
+        // Its displacement was that of the motion along the surfaces that it lay on.
         let start = R::Vec3::from_components(self.touch.start) + (slope - pull) * (lag * span.h);
         self.touch.start = start.components();
         let (since, bounces) = self.meet(span);
@@ -169,8 +170,8 @@ impl<R: Real> Arrival<R> {
     /// The velocity that the surfaces leave it, which have borne it by an impulse by mass since it
     /// met the last of them.
     ///
-    /// A surface that the last one pushes it off has borne it in vain since then: without this what
-    /// slides through the foot of a groove gains speed there.
+    /// A surface that the last one pushes it off has borne it in vain since then. Without this a
+    /// particle that slides through the foot of a groove gains speed there.
     fn hold(&self, velocity: R::Vec3, borne: R::Vec3) -> Stopped<R> {
         let held = self.rows.hold(velocity);
         let pushes = held.pushes.iter().zip(self.depths);
@@ -183,8 +184,8 @@ impl<R: Real> Arrival<R> {
 /// Corrections of a gap at most.
 const CORRECTIONS: usize = 3;
 
-/// Puts a particle back on the surface that it left along a tangent, as friction takes back some
-/// of its way. What hovers over a surface is not held there by [`super::after_kick`].
+/// Puts a particle back on the surface that it left along a tangent, as friction takes back some of
+/// its way. [`super::after_kick`] does not hold a particle that hovers over a surface.
 pub(crate) fn onto<R: Real>(
     obstacle: &(impl Obstacle<R> + ?Sized),
     touch: &Touch<R>,
@@ -204,12 +205,12 @@ pub(crate) fn onto<R: Real>(
     }
 }
 
-/// Rounds over all obstacles, each of which puts a particle out of them one after the other: of a
+/// Rounds over all obstacles, each of which puts a particle out of them one after the other. Of a
 /// depth in a groove they leave the cosine of its angle, squared and to that power.
 const ROUNDS: usize = 8;
 
-/// Whether a particle of some radius that was put out of several obstacles has no room outside of
-/// all: it stays inside one however often it is put out of each.
+/// Returns whether a particle of some radius that was put out of several obstacles has no room
+/// outside of all. It stays inside one however often it is put out of each.
 #[cold]
 pub(crate) fn is_squeezed<R: Real>(
     obstacles: &Obstacles<R>,

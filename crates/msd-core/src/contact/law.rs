@@ -2,7 +2,7 @@
 //!
 //! A substep ends somewhere inside the obstacle. There the surface gives an impulse P along its
 //! normal and, by Coulomb's law, at most μ P along itself. The law is about the impulse *and* the
-//! time at which it acts: a particle that met the surface τ seconds before the end of the substep
+//! time at which it acts. A particle that met the surface τ seconds before the end of the substep
 //! has gone on for τ seconds with a velocity that it did not have. So positions and velocities
 //! change together, and neither how a particle rests nor how it slides or bounces depends on the
 //! substep:
@@ -10,18 +10,19 @@
 //! * **held:** the particle is put on the surface, its speed into it is removed, and where friction
 //!   holds it goes back to where it met the surface, so that nothing creeps;
 //! * **bounce:** time and speed of the impact are those of a constant acceleration, which is exact
-//!   under gravity, less what the springs at the particle have given it since: see
+//!   under gravity, less the change that the springs at the particle have caused since: see
 //!   [`Touch::impact`].
 //!
-//! Everything is as seen from the surface. What lies on it already is [`super::after_kick`]'s,
-//! under the methods that need it. Laws have no branches and compute with any [`Number`].
+//! Everything is as seen from the surface. [`super::after_kick`] holds particles that lie on it
+//! already, under the methods that need that. Laws have no branches and compute with any
+//! [`Number`].
 
 use crate::number::{Real, Vector};
 use crate::obstacles::ContactLaw;
 use crate::pack::{Number, dot};
 
-/// Coulomb's law: the fraction of a slip that friction leaves which can take so much of it at most,
-/// and the reciprocal of the slip, 0 where friction holds it.
+/// Coulomb's law: the fraction of a slip that is left by friction, which takes at most so much of
+/// it, and the reciprocal of the slip, 0 where friction holds it.
 #[inline(always)]
 pub(crate) fn coulomb<N: Number>(slip: N, most: N) -> (N, N) {
     let (held, zero, one) = (slip.is_at_most(most), slip.zero(), slip.one());
@@ -51,10 +52,9 @@ pub(crate) fn rub<N: Number>(law: &ContactLaw<N>, slip: N, push: N) -> (N, N) {
 
 /// Whether the surface keeps the particle for the rest of the substep.
 ///
-/// It does where the restitution is 0, and where the particle is on its way out already. It
-/// also does where the pull into the surface makes up the speed of the impact within two
-/// substeps: a bounce would be over before it could be resolved, and a particle at rest would
-/// buzz.
+/// It does where the restitution is 0, and where the particle is on its way out already. It also
+/// does where the pull into the surface makes up the speed of the impact within two substeps. A
+/// bounce would be over before it could be resolved, and a particle at rest would buzz.
 #[inline(always)]
 pub(crate) fn keeps<N: Number>(law: &ContactLaw<N>, touch: &Touch<N>, span: &Span<N>) -> N::Mask {
     let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
@@ -67,8 +67,8 @@ pub(crate) fn keeps<N: Number>(law: &ContactLaw<N>, touch: &Touch<N>, span: &Spa
 
 /// The outcome for a particle that the surface keeps.
 ///
-/// The energy along the normal is that at the start of the substep, which is 0 at rest: gains
-/// and losses of a method within a substep, while a surface holds the particle, are undone.
+/// The energy along the normal is that at the start of the substep, which is 0 at rest. Gains and
+/// losses of a method within a substep, while a surface holds the particle, are undone.
 #[inline(always)]
 pub(crate) fn hold<N: Number>(law: &ContactLaw<N>, touch: &Touch<N>, span: &Span<N>) -> Outcome<N> {
     let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
@@ -107,8 +107,8 @@ pub(crate) fn bounce<N: Number>(
 
 /// Adds friction and returns the outcome.
 ///
-/// A particle that sticks goes back by the part of its path since it met the surface. One that
-/// slides goes back by the distance that it would not have gone at the velocity it has now.
+/// A particle that sticks goes back by the part of its path since it met the surface. A particle
+/// that slides goes back by the distance that it would not have gone at its current velocity.
 #[inline(always)]
 fn finish<N: Number>(
     law: &ContactLaw<N>,
@@ -146,8 +146,8 @@ fn finish<N: Number>(
     outcome
 }
 
-/// The gap up to which a particle of some radius lies on a surface, metres: four roundings of what
-/// its gap is the difference of, see [`crate::obstacles::Obstacle::terms`].
+/// The gap up to which a particle of some radius lies on a surface, metres: four roundings of the
+/// terms of its gap, see [`crate::obstacles::Obstacle::terms`].
 #[inline(always)]
 pub(crate) fn rounding<N: Number>(terms: N, radius: N) -> N {
     (terms + radius) * terms.splat(N::Scalar::EPSILON * N::Scalar::of(4.0))
@@ -163,7 +163,7 @@ pub(crate) fn resting_speed<R: Real>(normal: R::Vec3, gravity: R::Vec3, h: R) ->
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touch<R> {
     pub(crate) normal: [R; 3],
-    /// How far inside, metres; positive.
+    /// Penetration, metres; positive.
     pub(crate) depth: R,
     pub(crate) position: [R; 3],
     /// Its radius, metres; 0 of a point.
@@ -182,7 +182,7 @@ pub(crate) struct Touch<R> {
 }
 
 impl<N: Number> Touch<N> {
-    /// How it moved in the substep, metres.
+    /// Displacement in the substep, metres.
     #[inline(always)]
     pub(crate) fn way(&self) -> [N; 3] {
         let (to, from) = (self.position, self.start);
@@ -193,12 +193,11 @@ impl<N: Number> Touch<N> {
     /// met the surface, metres per second.
     ///
     /// With a the acceleration into the surface, s the distance from it at which a was evaluated
-    /// and κ the stiffness by mass along the normal, u² = U² − 2 a d − κ s²: at the end of the
-    /// substep the springs at a particle at the depth s = d have stored κ d²/2 of its energy, and
-    /// an acceleration of the start is by κ s too small, which comes to the same. All springs
-    /// count as if they were along the normal and their other ends stood still, so that a bounce
-    /// rather takes energy out of a stiff body than adds some; both fall with the square of the
-    /// substep.
+    /// and κ the stiffness by mass along the normal, u² = U² − 2 a d − κ s². At the end of the
+    /// substep the springs at a particle at the depth s = d have stored κ d²/2 of its energy. An
+    /// acceleration of the start is by κ s too small, which comes to the same. All springs count as
+    /// if they were along the normal and their other ends stood still. A bounce thus rather takes
+    /// energy out of a stiff body than adds some; both fall with the square of the substep.
     #[inline(always)]
     pub(crate) fn impact(&self, span: &Span<N>) -> (N, N) {
         let pull = self.along_normal(self.pull);
@@ -207,9 +206,9 @@ impl<N: Number> Touch<N> {
         (real, real * real + (pull + pull) * self.depth - stored)
     }
 
-    /// How much less energy by mass the springs hold at the surface than a constant acceleration
-    /// says, joules per kilogram: with one that changes by a₁ − a₀ along the way w, all the way to
-    /// the depth d, they push back by what they were pressed together there.
+    /// Energy by mass that the springs hold less at the surface than under a constant acceleration,
+    /// joules per kilogram. With an acceleration that changes by a₁ − a₀ along the way w, all the
+    /// way to the depth d, they push back by their compression there.
     #[inline(always)]
     pub(crate) fn eased(&self) -> N {
         let eased = self.along_normal(self.before) - self.along_normal(self.pull);
@@ -217,7 +216,7 @@ impl<N: Number> Touch<N> {
         eased.half() * self.depth * self.depth / way
     }
 
-    /// How far from the surface the acceleration was evaluated, metres.
+    /// Distance from the surface at which the acceleration was evaluated, metres.
     #[inline(always)]
     fn distance(&self, span: &Span<N>) -> N {
         // Without a branch, as `is_inside`: sixteen are computed at once.
@@ -229,13 +228,14 @@ impl<N: Number> Touch<N> {
         }
     }
 
-    /// By how much the springs pull less at the surface than there, metres per second squared.
+    /// The part by which the springs pull less at the surface than there, metres per second
+    /// squared.
     #[inline(always)]
     fn strain(&self, span: &Span<N>) -> N {
         self.stiffness * self.distance(span)
     }
 
-    /// Whether it is inside: what lies may be so by rounding.
+    /// Whether it is inside: a particle that lies may be so by rounding.
     #[inline(always)]
     pub(crate) fn is_inside(&self, span: &Span<N>) -> N::Mask {
         (if span.settles() { self.noise } else { self.noise.zero() }).is_less(self.depth)
@@ -251,7 +251,7 @@ impl<N: Number> Touch<N> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span<R> {
     pub(crate) h: R,
-    /// By how much the velocities of the method are ahead of its positions.
+    /// The time by which the velocities of the method are ahead of its positions.
     pub(crate) shift: R,
     /// Where the acceleration is from.
     pub(crate) evaluated: Evaluated,
@@ -259,12 +259,12 @@ pub(crate) struct Span<R> {
     pub(crate) turn: R,
 }
 
-/// The most that a surface may turn on the way of a particle in a substep, radians: a larger angle
+/// The most that a surface may turn on the way of a particle in a substep, radians. A larger angle
 /// pushes it to where it would not have slid, and a small ball parts a cloth without much work.
 pub(crate) const TURN: f64 = 0.1;
 
 impl<R> Span<R> {
-    /// Whether the method holds what lies on an obstacle.
+    /// Whether the method holds particles that lie on an obstacle.
     #[inline(always)]
     pub(crate) fn settles(&self) -> bool {
         self.evaluated.settles()
@@ -276,10 +276,10 @@ impl<R> Span<R> {
 pub(crate) enum Evaluated {
     /// At the positions of its start.
     AtStart,
-    /// At those of its end, by a method that holds what lies on an obstacle by
+    /// At those of its end, by a method that holds particles on an obstacle by
     /// [`super::after_kick`].
     AtEnd,
-    /// At those of a stage, by a method that solves for what lies on an obstacle.
+    /// At those of a stage, by a method that solves for the particles on an obstacle.
     Solved,
     /// Nowhere: the method projects.
     Nowhere,
@@ -297,9 +297,9 @@ impl Evaluated {
 struct Push<R> {
     /// Impulse by mass, metres per second.
     push: R,
-    /// How far the particle is moved, metres.
+    /// Distance by which the particle is moved, metres.
     lift: R,
-    /// Impulse by mass times how long it has acted, metres.
+    /// Impulse by mass times the time that it has acted, metres.
     reach: R,
     /// Energy dissipated per mass, joules per kilogram.
     taken: R,

@@ -1,10 +1,10 @@
 //! Contact of particles with obstacles.
 //!
 //! A particle that has met an obstacle, or lies on some, is put where their surfaces leave it, and
-//! gets the velocity that they leave it: that is one law (`law.rs`, of a single surface; `held.rs`,
+//! gets the velocity that they leave it. That is one law (`law.rs`, of a single surface; `held.rs`,
 //! of several at a time). Methods ask for it at moments of their own: at the end of a substep
 //! (`arrive.rs`), after each kick (`after_kick/`), inside the solve (`methods/implicit`), at the
-//! time of an impact (`methods/dormand_prince`). The first two share what was found at the
+//! time of an impact (`methods/dormand_prince`). The first two share the contacts found at the
 //! positions of a moment (`found.rs`). The gap of a particle is that of its middle, less its radius
 //! where that counts (`radii.rs`).
 

@@ -1,9 +1,9 @@
 //! Passages: where a particle that moves far in a substep goes into a solid.
 //!
-//! The surface next to a particle inside is the one that it came through only as long as it is not
-//! beyond the middle: through a plate thinner than two ways of a substep it would be let out on the
-//! other side, or be there already. So the way of such a particle, as seen from the solid, is
-//! followed from where it was, from gap to gap (sphere tracing: Hart, 1996).
+//! A particle inside came through the surface next to it only as long as it is not beyond the
+//! middle. Through a plate thinner than two ways of a substep it would be let out on the other
+//! side, or be there already (tunnelling). So the way of such a particle, as seen from the solid,
+//! is followed from its previous place, from gap to gap (sphere tracing: Hart, 1996).
 
 use crate::columns::{LANES, RECORD};
 use crate::number::{Real, Vector, at_level};
@@ -45,7 +45,7 @@ fn largest_square<R: Real>(velocities: &[R]) -> R {
 pub(crate) struct Entrance<R> {
     /// The direction out.
     pub(crate) normal: [R; 3],
-    /// How deep the particle is below it, metres.
+    /// Depth of the particle below it, metres.
     pub(crate) depth: R,
 }
 
@@ -83,8 +83,8 @@ impl<'a, 's> Passage<'a, 's> {
         bits.iter().fold(0, |all, bit| all | bit)
     }
 
-    /// Where a particle of some radius went in. One that lay on the surface and is on the same side
-    /// of it has not: it goes along.
+    /// Where a particle of some radius went in. A particle that lay on the surface and is on the
+    /// same side of it did not go in: it goes along.
     pub(crate) fn entrance<R: Real>(
         &self,
         (from, to): ([R; 3], [R; 3]),
@@ -97,7 +97,7 @@ impl<'a, 's> Passage<'a, 's> {
         let (way, radius) = (to - from, radius.to_f64());
         let length = Real::sqrt(way.dot(way));
         let gap = |part: f64| shape.gap(from + way * part) - radius;
-        // In single precision what lies is off by the rounding of its place.
+        // In single precision a particle that lies is off by the rounding of its place.
         let noise = f64::from(f32::EPSILON) * 8.0 * from.abs().max(to.abs()).max_element();
         let lay = gap(0.0) <= noise;
         let part = if lay { 0.0 } else { first(gap, (length, noise))? };

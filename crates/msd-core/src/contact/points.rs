@@ -2,9 +2,9 @@
 //!
 //! Particles pass on both sides of a thin solid, and the springs between them through it. Where a
 //! solid asks for it ([`Solid::springs`]) it meets points on springs too. A point at a part s of
-//! the way from a to b moves as (1 − s) a + s b, and what pushes it is shared out to the ends by
-//! the same weights. So it meets a solid as a particle does, of the reciprocal mass
-//! (1 − s)²/m_a + s²/m_b: momentum and energy are those of any other contact.
+//! the way from a to b moves as (1 − s) a + s b, and a push on it is shared out to the ends by the
+//! same weights. So it meets a solid as a particle does, of the reciprocal mass (1 − s)²/m_a +
+//! s²/m_b: momentum and energy are those of any other contact.
 
 use super::ending::{Bodies, Substep};
 use super::landing::meet_surface;
@@ -46,8 +46,8 @@ struct Pointed {
     count: u32,
 }
 
-/// The number of points on a spring of some length for a solid of some thickness, metres: none on
-/// one that is not longer, else so many that they are half of the thickness apart.
+/// The number of points on a spring of some length for a solid of some thickness, metres. It is 0
+/// on a spring that is not longer, else large enough that they are half of the thickness apart.
 fn count(length: f64, thickness: f64) -> u32 {
     if length <= thickness {
         return 0;
@@ -92,8 +92,8 @@ impl Points {
         let mut contacts = Contacts::default();
         for row in &self.rows {
             let (solid, time) = (&solids[row.solid], bodies.substep.time);
-            // The middle of a spring is no further from an end than half its length, stretched to
-            // four times that at rest.
+            // The middle of a spring is at most half its length from an end, stretched to four
+            // times that at rest.
             let Substep { h, reach, .. } = bodies.substep;
             let margin = bodies.radii.largest + R::of(2.0 * row.longest) + reach;
             let wide = Ball::<R>::behind(solid, (time, h), margin);
@@ -195,7 +195,7 @@ impl<R: Real> Point<R> {
             before: before.components(),
             stiffness: stiffness * inverse_mass,
         };
-        // What lies is held by nothing but this.
+        // Nothing else holds a point that lies.
         let evaluated = Evaluated::Nowhere;
         let (h, lag) = (substep.h, substep.lag);
         let turn = R::of(TURN * placed.solid.shape.bend());
@@ -212,7 +212,7 @@ impl<R: Real> Point<R> {
         let contacts = Contacts { turned, ..met.contacts };
         let Evaluated::AtEnd = substep.evaluated else { return contacts };
         // The ends may have met something in this substep already, and no longer have the energy of
-        // its start: what counts is the change, by the forces that are known at its end.
+        // its start. So the change counts, by the forces that are known at its end.
         let surface = Obstacle::<R>::velocity(placed, position, substep.time);
         let mean = velocity + kick * R::HALF - surface;
         let taken = pull.dot(moved) - mean.dot(kick) + touch.eased();

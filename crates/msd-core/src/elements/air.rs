@@ -13,8 +13,8 @@
 //! another.
 //!
 //! A side of a triangle takes the share (1 + s)/2 of that force, with s the cosine between u and
-//! the normal of that side: all where it faces the wind, none in the lee. A sheet has two sides,
-//! which add up to the force above; a triangle of a closed surface has the outer one.
+//! the normal of that side. It takes all where it faces the wind, none in the lee. A sheet has two
+//! sides, which add up to the force above; a triangle of a closed surface has the outer one.
 //!
 //! F·u ≤ 0 as 0 ≤ C_l ≤ C_d: still air only dissipates. The damping matrix, with û = u/|u| and
 //! s = û·n, is
@@ -42,7 +42,7 @@ use glam::DVec3;
 #[derive(Clone, Debug)]
 pub struct AirLoads {
     air: Air,
-    /// None where there are no gusts.
+    /// `None` without gusts.
     waves: Option<Waves>,
     triangles: Vec<Triangle>,
 }

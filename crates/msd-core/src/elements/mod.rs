@@ -1,12 +1,12 @@
 //! Elements: the forces on particles, one type for each kind.
 //!
 //! Springs are an element, and so are the fields, grabs and pushes; a caller may add their own. An
-//! [`Element`] adds its forces at a motion and returns the power that it dissipates, knows its
-//! energy, and multiplies a direction by its stiffness and its damping, as the implicit methods and
-//! the prediction of the stable step require.
+//! [`Element`] adds its forces at a motion, returns the power that it dissipates, and knows its
+//! energy. It also multiplies a direction by its stiffness and its damping, as the implicit methods
+//! and the prediction of the stable step require.
 //!
-//! From the inside a kind of element is a `Force`: what all stages of a run ask of it. The kinds
-//! of a [`Model`](crate::Model) are listed there once; whoever asks them goes through that list.
+//! From the inside a kind of element is a `Force`: the methods that all stages of a run call. The
+//! kinds of a [`Model`](crate::Model) are listed there once, and callers go through that list.
 
 pub mod fields;
 pub mod grabs;
@@ -57,7 +57,7 @@ use springs::{SpringWork, Springs};
 pub trait Element<R: Real>: Debug + Send + Sync {
     /// Adds forces at a motion, newtons, and returns the power that they dissipate, watts.
     ///
-    /// What [`Element::energy`] accounts for is not dissipated. A force without an energy
+    /// Energy that [`Element::energy`] accounts for is not dissipated. A force without an energy
     /// dissipates −f·v, which is negative where it drives the motion. The same motion must give the
     /// same bits.
     fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64;
@@ -251,8 +251,8 @@ fn add_differences<R: Real, E: Element<R> + ?Sized>(
 
 /// A kind of element as the stages of a run see it.
 ///
-/// Few kinds need all of this. What a kind does not do itself is done by its [`Element`]; one that
-/// has nothing to do with a stage has no method for it.
+/// Few kinds need all of this. The [`Element`] of a kind does whatever the kind does not do itself.
+/// A kind that has nothing to do in a stage has no method for it.
 pub(crate) trait Force<R: Real>: Debug {
     /// The kind as an element; `None` where that would do nothing, or cannot.
     fn element(&self) -> Option<&dyn Element<R>>;
@@ -320,7 +320,7 @@ pub(crate) trait Force<R: Real>: Debug {
     /// Takes over its rows of a scene, beside those that it has, and puts all in order anew.
     fn add(&mut self, _: &Scene, _: &Slots) {}
 
-    /// Adds its rows, as they are now, to a scene.
+    /// Adds its current rows to a scene.
     fn write(&self, _: &mut Scene) {}
 
     /// Removes the rows across springs that were cut.
@@ -345,7 +345,7 @@ pub(crate) enum Resists {
     Bending,
 }
 
-/// A motion about which forces are asked for, and what else their laws depend on.
+/// A motion about which forces are asked for, and the other inputs of their laws.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moment<'a, R> {
     pub(crate) level: Level,
@@ -360,7 +360,7 @@ pub(crate) struct Stage<'a, R> {
     pub(crate) tau: R,
 }
 
-/// A substep of XPBD: what its projections move.
+/// A substep of XPBD: the columns that its projections move.
 pub(crate) struct Projection<'a, R: Real> {
     /// Length, seconds.
     pub(crate) h: R,
@@ -370,7 +370,7 @@ pub(crate) struct Projection<'a, R: Real> {
     pub(crate) starts: &'a [R::Vec3],
     /// The displacements as projected so far, metres.
     pub(crate) ways: &'a mut [R::Vec3],
-    /// What the rows of each kind have applied so far in the substep, N s².
+    /// Multipliers that the rows of each kind have applied so far in the substep, N s².
     pub(crate) multipliers: &'a mut [R],
     /// The first multiplier of the kind that is projected.
     pub(crate) first: usize,
@@ -392,7 +392,7 @@ impl<R: Real> ForceWork<R> {
     }
 }
 
-/// What a linearisation writes.
+/// The outputs of a linearisation.
 pub(crate) struct MatrixSums<'a, R: Real> {
     pub(crate) springs: &'a mut SpringMatrix<R>,
     /// The blocks of particles: xx, xy and xz in one column, yy, yz and zz in another.

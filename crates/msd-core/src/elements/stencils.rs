@@ -1,8 +1,8 @@
 //! Stencils: rows of a few particles that pull together, in the order in which they are evaluated.
 //!
-//! That order depends on them and on the slots of particles alone: first bundles of up to sixteen
-//! whose particles are in the same lane of records, as most of a lattice are, which are evaluated
-//! at once; then the others, one by one. One code computes one and sixteen, so that their bits are
+//! That order depends on them and on the slots of particles alone. Bundles come first: up to
+//! sixteen whose particles are in the same lane of records, as most of a lattice are, evaluated at
+//! once. The others follow one by one. One code computes one and sixteen, so that their bits are
 //! the same. A new kind is a law, in a file of its own.
 
 use super::{
@@ -42,8 +42,8 @@ pub(crate) trait StencilLaw<R: Real, const N: usize>: Copy + Debug + Send + Sync
     fn multiply<const M: usize>(group: &Group<R, Self, N, M>, tau: R, to: &mut StencilSums<'_, R>);
     /// Adds the diagonal blocks of that matrix.
     fn add_blocks(single: &Group<R, Self, N, 1>, about: (R, &[R]), blocks: &mut [&mut [R]; 2]);
-    /// Moves its particles as XPBD does.
-    /// See [`Force::project`]; `applied` is what the row has applied in the substep.
+    /// Moves its particles as XPBD does. See [`Force::project`]; `applied` holds the multipliers
+    /// that the row has applied in the substep.
     fn project(
         row: &Stencil<Self, N>,
         applied: &mut [R; MULTIPLIERS],
@@ -65,7 +65,7 @@ pub(crate) trait StencilLaw<R: Real, const N: usize>: Copy + Debug + Send + Sync
 /// Multipliers of a stencil in XPBD: a vector.
 pub(super) const MULTIPLIERS: usize = 3;
 
-/// What stencils read, and what they add to.
+/// The columns that stencils read, and those that they add to.
 pub(crate) struct StencilSums<'a, R> {
     pub(super) positions: &'a [R],
     /// Velocities, or a direction.
@@ -102,7 +102,7 @@ pub struct Stencils<R, L, const N: usize> {
     /// In the order of evaluation.
     pub(super) all: Vec<Stencil<L, N>>,
     bundles: Vec<Group<R, L, N, LANES>>,
-    /// How many are in bundles: the first ones.
+    /// Number of rows in bundles: the first ones.
     bundled: usize,
     /// Numbers of a column of vectors.
     numbers: usize,
@@ -165,13 +165,13 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize, const M: usize> Group<R, L, N
         Group { at, law: rows[0].law, constants, is_there, is_full: rows.len() == M }
     }
 
-    /// A function that says what a column has of the ends of the first.
+    /// A function that gives the vectors of a column at the ends of the first.
     #[inline(always)]
     pub(super) fn first<'a>(&'a self, column: &'a [R]) -> impl Fn(usize) -> R::Vec3 + 'a {
         |end| vector::<R>(column, self.at[end] as usize)
     }
 
-    /// What a column has of one end of each along an axis.
+    /// The numbers of a column for one end of each along an axis.
     #[inline(always)]
     pub(super) fn numbers<'a>(&self, column: &'a [R], end: usize, axis: usize) -> &'a [R; M] {
         let at = self.at[end] as usize + axis * LANES;
@@ -191,7 +191,7 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize, const M: usize> Group<R, L, N
         add_vector::<R>(lower, at, below);
     }
 
-    /// Subtracts numbers of one end of each along an axis from what is summed.
+    /// Subtracts numbers of one end of each along an axis from the sums.
     #[inline(always)]
     pub(super) fn subtract(
         &self,
@@ -230,7 +230,7 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Stencils<R, L, N> {
     fn order(&mut self) {
         let Stencils { all, bundles, numbers, .. } = self;
         let starts = |row: &Stencil<L, N>| starts(row, *numbers);
-        // Stable: what is equal keeps its order, so that a resumed run has the same sums.
+        // Stable: equal rows keep their order, so that a resumed run has the same sums.
         all.sort_by_key(|row| (starts(row).is_none(), starts(row), row.at[0]));
         let fit = |a: &Stencil<L, N>, b: &Stencil<L, N>| {
             let is_next = a.at[0] < b.at[0] && a.law.is_alike(&b.law);
@@ -392,7 +392,7 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Force<R> for Stencils<R, L, N
         self.all.iter().for_each(|row| L::write(row, rows));
     }
 
-    /// What is torn does not go on resisting.
+    /// A torn stencil stops resisting.
     fn tear(&mut self, torn: &Torn) {
         self.retain(|row| !torn.crosses(&row.particles));
     }
@@ -414,9 +414,9 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Force<R> for Stencils<R, L, N
 }
 
 /// Where the sixteen numbers of each end start, one of them that of its particle in the lane of the
-/// first: at the start of a record, or one number on, where a particle is in the next lane. `None`
-/// where they are in other lanes, would reach beyond the columns, or where two ends share a record
-/// in different lanes: their forces would be added in another order.
+/// first. It is the start of a record, or one number on where a particle is in the next lane.
+/// `None` where they are in other lanes, would reach beyond the columns, or where two ends share a
+/// record in different lanes. Their forces would be added in another order.
 fn starts<L: Copy, const N: usize>(row: &Stencil<L, N>, numbers: usize) -> Option<[u32; N]> {
     let starts = row.at.map(|at| at.wrapping_sub(row.lane() as u32));
     let fits = |&start: &u32| {

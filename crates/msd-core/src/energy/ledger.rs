@@ -1,9 +1,9 @@
 //! Ledger of the energy dissipated, and of that driven in, since the start.
 //!
-//! Everything is counted where it acts: dampers and drag by the power at each evaluation, weighted
-//! by the quadrature of the method, and contact by the speed, impulse and path of each particle
-//! that it stops. So [`crate::Energy::total`] is constant as far as the method is exact, and its
-//! drift is the error of the method.
+//! Everything is counted where it acts. Dampers and drag count by the power at each evaluation,
+//! weighted by the quadrature of the method. Contact counts by the speed, impulse and path of each
+//! particle that it stops. So [`crate::Energy::total`] is constant as far as the method is exact,
+//! and its drift is the error of the method.
 //!
 //! Energy that a moving solid, a moving pin or a user-defined element drives in is counted
 //! separately: it is neither negative dissipation nor an error of the method.
@@ -24,7 +24,7 @@ pub struct Ledger {
     /// The effect of obstacles.
     #[cfg_attr(feature = "serde", serde(default))]
     contacts: Contacts,
-    /// How often shells may have crossed.
+    /// Number of times that shells may have crossed.
     #[cfg_attr(feature = "serde", serde(default))]
     passes: u64,
     /// The shells that were seen to go through each other.
@@ -54,8 +54,9 @@ impl Ledger {
         self.contacts
     }
 
-    /// How often shells may have crossed: substeps in which particles were so fast that not all
-    /// that may have met were seen, and features that were seen to have gone through each other.
+    /// Number of times that shells may have crossed. It counts substeps in which particles were so
+    /// fast that contacts may have been missed, and features that were seen to have gone through
+    /// each other.
     pub fn passes(&self) -> u64 {
         self.passes
     }

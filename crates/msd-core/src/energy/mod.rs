@@ -36,7 +36,7 @@ pub struct Energy {
     /// input (grabs, pushes, changed stiffness) is not counted anywhere.
     pub dissipated: f64,
     /// Supplied since the start by moving solids, moving pins and user-defined elements; not
-    /// negative. What moving pins take back counts as dissipated.
+    /// negative. Energy that moving pins take back counts as dissipated.
     #[cfg_attr(feature = "serde", serde(default))]
     pub supplied: f64,
 }
@@ -48,8 +48,8 @@ impl Energy {
         self.kinetic + self.elastic + self.gravitational + self.own
     }
 
-    /// The mechanical energy with what was dissipated and without what was supplied, joules:
-    /// constant in an exact run without user input.
+    /// The mechanical energy plus the dissipated and minus the supplied energy, joules: constant in
+    /// an exact run without user input.
     pub fn total(&self) -> f64 {
         self.mechanical() + self.dissipated - self.supplied
     }
@@ -58,10 +58,10 @@ impl Energy {
 /// Measures the energy of a state, nothing dissipated, and by how much rounding every coordinate
 /// and speed once can change it, joules.
 ///
-/// With δ the rounding of a coordinate, ε times its size or times how far it falls in a `substep`
-/// onto what holds it, and that of its distance from the middle of a solid, the latter is
-/// k δ (|stretch| + δ) of a spring, bend or volume, m |g| δ + ε m v² of a particle, and 2 ε E of a
-/// user-defined element.
+/// With δ the rounding of a coordinate, ε times its size or times its fall in a `substep` onto its
+/// support, and that of its distance from the middle of a solid, the latter is k δ (|stretch| + δ)
+/// of a spring, bend or volume, m |g| δ + ε m v² of a particle, and 2 ε E of a user-defined
+/// element.
 pub(crate) fn energy_and_rounding<R: Real>(
     model: &Model<R>,
     state: &Columns<R>,
@@ -102,8 +102,9 @@ pub(crate) fn energy_and_rounding<R: Real>(
     (energy, rounding + 2.0 * epsilon * (kinetic + own.abs()))
 }
 
-/// How far from the middle of a solid what lies on it may be, metres, by the largest coordinate of
-/// all: it is put where it is seen from there, whatever its own coordinates, in double precision.
+/// Largest distance from the middle of a solid to a particle on it, metres, by the largest
+/// coordinate of all. The particle is placed as seen from that middle, whatever its own
+/// coordinates, in double precision.
 fn farthest_on_solids<R: Real>(model: &Model<R>, far: f64, time: f64) -> f64 {
     // A place with three such coordinates.
     let out = Real::sqrt(3.0) * far;

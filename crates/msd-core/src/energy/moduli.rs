@@ -9,19 +9,19 @@ use glam::DVec3;
 /// zx and xy, so that a product of tensors is a product of vectors.
 type Six = [f64; 6];
 
-/// A stiffness below this fraction of the largest is none: it is rounding.
+/// A stiffness below this fraction of the largest counts as zero: it is rounding.
 const NONE: f64 = 1e-12;
 
 /// The elasticity of a network of springs and volumes that is strained uniformly.
 ///
 /// C_ijkl = (1/V) (Σ k L² n_i n_j n_k n_l + Σ Λ V0 δ_ij δ_kl) over springs of stiffness k, length L
-/// and direction n and over volumes of modulus Λ and size V0, in a volume V; per area of a sheet
-/// and per length of a rope, whose moduli are then in newtons per metre and in newtons. Exact for a
-/// uniform lattice; of any other an upper bound, as particles that were free to move from a uniform
-/// strain would take some of the stress away (Voigt, 1889).
+/// and direction n and over volumes of modulus Λ and size V0, in a volume V. For a sheet it is per
+/// area and for a rope per length: their moduli are then in newtons per metre and in newtons. Exact
+/// for a uniform lattice; of any other an upper bound, as particles that were free to move from a
+/// uniform strain would take some of the stress away (Voigt, 1889).
 #[derive(Clone, Copy, Debug)]
 pub struct Moduli {
-    /// The strain for a stress; what no spring resists is left out.
+    /// The strain for a stress; strains that no spring resists are left out.
     compliance: [Six; 6],
     /// The strains that no spring resists, as a projection.
     free: [Six; 6],

@@ -35,8 +35,9 @@ pub(crate) struct Scratch<R: Real> {
     /// Power dissipated at the last evaluation, watts, and that which pins gave.
     pub(crate) power: f64,
     pub(crate) power_of_pins: f64,
-    /// Whether velocity Verlet knows the accelerations at the present state: a step starts from
-    /// positions and velocities alone, so only where they would be found again to the bit.
+    /// Whether velocity Verlet knows the accelerations at the current state. A step starts from
+    /// positions and velocities alone, so this holds only where they would be found again to the
+    /// bit.
     pub(crate) warm: bool,
     pub(crate) dormand_prince: Option<Box<dormand_prince::Scratch<R>>>,
     pub(crate) implicit: Option<Box<implicit::Scratch<R>>>,
@@ -73,11 +74,11 @@ pub(crate) struct Done {
     pub(crate) touched: bool,
     /// Energy that pins and user-defined elements have driven into the system, joules.
     pub(crate) given: f64,
-    /// How often shells may have crossed in the step, and were seen to have before it.
+    /// Number of times that shells may have crossed in the step, and were seen to have before it.
     pub(crate) passes: u64,
     pub(crate) crossed: u64,
     /// Whether a solid turned or moved by too much in a substep in which it met a particle, or
-    /// friction did not settle: a step of more substeps is needed.
+    /// friction did not settle. A step of more substeps is needed then.
     pub(crate) turned: bool,
     /// Why the method gave up, if it did.
     pub(crate) failure: Option<Failure>,
@@ -97,7 +98,7 @@ pub(crate) enum Failure {
 }
 
 impl Done {
-    /// Books the work of pins, joules: what they take back counts as dissipated.
+    /// Books the work of pins, joules: the energy that they take back counts as dissipated.
     pub(crate) fn drive(&mut self, work: f64) {
         self.counted -= work;
         self.given += work.max(0.0);
@@ -213,7 +214,7 @@ impl<'a, R: Real> StepContext<'a, R> {
         R::of(self.settings.substep())
     }
 
-    /// Simulated time at the start of the present substep, seconds.
+    /// Simulated time at the start of the current substep, seconds.
     pub fn time(&self) -> f64 {
         self.start + f64::from(self.finished) * self.settings.substep()
     }
@@ -247,7 +248,7 @@ impl<'a, R: Real> StepContext<'a, R> {
         }
     }
 
-    /// Evaluates all forces at the present state and a time, seconds; returns the power dissipated,
+    /// Evaluates all forces at the current state and a time, seconds; returns the power dissipated,
     /// watts.
     pub fn set_forces(&mut self, time: f64) -> f64 {
         self.place(time);
@@ -270,7 +271,7 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.model.lead((end, h), self.state);
     }
 
-    /// Evaluates all forces at the present positions and the velocities in a work column, at the
+    /// Evaluates all forces at the current positions and the velocities in a work column, at the
     /// end of the substep; returns the power dissipated, watts.
     pub(crate) fn set_forces_predicted(&mut self, velocities: usize) -> f64 {
         let time = self.time() + self.settings.substep();
@@ -296,16 +297,16 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.finish(Way::Kicked(0.0), Evaluated::AtStart);
     }
 
-    /// Finds the contacts of the present positions at a time, seconds; whether particles lie on
-    /// obstacles, for a method that holds them there.
+    /// Finds the contacts of the current positions at a time, seconds. Returns whether particles
+    /// lie on obstacles, for a method that holds them there.
     pub(crate) fn find(&mut self, time: f64, evaluated: Evaluated) -> bool {
         let (positions, contacts) = (&self.state.positions, &mut self.scratch.contacts);
         let when = When { time, settles: evaluated.settles() };
         self.model.find(self.level, positions, when, contacts)
     }
 
-    /// Holds what lies on an obstacle after a kick with the accelerations in a work column: the
-    /// present velocities, or those in another work column.
+    /// Holds particles that lie on an obstacle after a kick with the accelerations in a work
+    /// column: changes the current velocities, or those in another work column.
     pub(crate) fn settle(
         &mut self,
         velocities: Option<usize>,
@@ -329,14 +330,14 @@ impl<'a, R: Real> StepContext<'a, R> {
         !self.rows.is_empty()
     }
 
-    /// What the rows of shells depend on at the start of the substep.
+    /// The inputs of the rows of shells at the start of the substep.
     pub(super) fn rows_at(&self) -> At<'a, R> {
         self.model.shells_at(self.level, self.time())
     }
 
     /// Finds the rows of shells before a kick of `length` seconds by the forces of the last
-    /// evaluation, and a drift of a substep at the velocities after it; whether there are some.
-    /// `is_drift` where that drift, and it alone, moves particles in every substep.
+    /// evaluation, and a drift of a substep at the velocities after it. Returns whether there are
+    /// some. `is_drift` where that drift, and it alone, moves particles in every substep.
     pub(crate) fn find_rows(&mut self, length: R, is_drift: bool) -> bool {
         if !self.model.shells.do_meet() {
             return false;
@@ -354,12 +355,12 @@ impl<'a, R: Real> StepContext<'a, R> {
     }
 
     /// Takes note of whether particles are too fast for shells to be known to stop them, and of
-    /// what was seen to have crossed.
+    /// crossings that were seen.
     pub(super) fn note_fast(&mut self, is_fast: bool) {
         self.done.turned |= is_fast;
         self.done.passes += u64::from(is_fast);
         let crossed = self.rows.take_crossed();
-        // More substeps of this step would not undo what crossed before it.
+        // More substeps of this step would not undo crossings before it.
         let to = if self.finished == 0 { &mut self.done.crossed } else { &mut self.done.passes };
         *to += crossed;
     }
@@ -404,14 +405,14 @@ impl<'a, R: Real> StepContext<'a, R> {
     }
 
     /// Sets the mean velocities of the substep where shells are near each other: those in a work
-    /// column, or the present ones.
+    /// column, or the current ones.
     pub(crate) fn set_means(&mut self, column: Option<usize>) {
         let means = column.map_or(&self.state.velocities, |column| &self.scratch.columns[column]);
         self.rows.set_means(&self.model.shells, means);
     }
 
     /// Corrects the outcome of a substep of these mean velocities, whose stages had the impulses of
-    /// shells as forces; whether those are the velocities of the start.
+    /// shells as forces. `is_late` says whether those are the velocities of the start.
     pub(crate) fn end_shells(&mut self, is_late: bool) {
         let (h, at) = (self.substep(), self.rows_at());
         let Columns { positions, velocities } = &mut *self.state;
@@ -420,8 +421,7 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.done.meet(contacts);
     }
 
-    /// Ends a substep, the displacement of which was made as `way` says; returns what obstacles
-    /// did.
+    /// Ends a substep, the displacement of which was made as `way` says; returns the contacts.
     pub(crate) fn finish(&mut self, way: Way, evaluated: Evaluated) -> Contacts {
         self.done.given -= self.scratch.work.own_power.min(0.0) * self.settings.substep();
         self.place(self.end());

@@ -58,7 +58,7 @@ pub(crate) fn symplectic_euler<R: Real>(step: &mut StepContext<'_, R>) {
     }
 }
 
-/// The same, with what shells that meet do in between.
+/// The same, with the contact of shells in between.
 fn kick_meet_drift<R: Real>(step: &mut StepContext<'_, R>, h: R) {
     let level = step.level;
     for_each_share(step.pass(), |pass| at_level!(level, _simd => kick(pass, h)));
@@ -97,15 +97,15 @@ const PREDICTED: usize = 2;
 /// Kick, drift, kick.
 ///
 /// Dampers are evaluated at v + h/2 a_n + h/4 (a_n + a_(n−1)). The mean of two accelerations makes
-/// the method second order with dampers too, at one evaluation, and vanishes for a motion that
+/// the method second order with dampers too, at one evaluation. It vanishes for a motion that
 /// changes sign every substep, so that the stable step is about that of symplectic Euler (see
 /// [`crate::stability::Region`]; Groot and Warren, 1997, extrapolate with a_n alone, which costs up
 /// to half of the stable step).
 ///
-/// What lies on an obstacle is held after each half kick: see [`crate::contact::after_kick`]. What
-/// arrives is inside where its dampers are evaluated; the real share of their power is known at the
-/// start of a step, where they are evaluated at the state, and in substeps with an arrival that
-/// share is booked.
+/// Particles that lie on an obstacle are held after each half kick: see
+/// [`crate::contact::after_kick`]. A particle that arrives is inside where its dampers are
+/// evaluated. The real share of their power is known at the start of a step, where they are
+/// evaluated at the state. In substeps with an arrival that share is booked.
 ///
 /// After a bounce forces are evaluated anew: the springs at the particle were pressed together
 /// inside the obstacle.
@@ -180,7 +180,7 @@ fn kick_settle_drift<R: Real>(step: &mut StepContext<'_, R>, is_damped: bool) {
     let (h, level) = (step.substep(), step.level);
     let kick = half_of(step, 0.0, true, Drift::Ahead);
     for_each_share(step.pass(), |pass| at_level!(level, _simd => kick_by_half(pass, h)));
-    // Before obstacles: a row of its own bears what lies on both.
+    // Before obstacles: a row of its own bears a particle that lies on both.
     if step.has_rows() {
         step.meet_shells(kick.length);
     }
@@ -289,7 +289,7 @@ const KICKS: usize = 4;
 
 /// The classical method of Runge and Kutta.
 ///
-/// What lies on an obstacle is held in each stage: see [`crate::contact::after_kick`].
+/// Particles that lie on an obstacle are held in each stage: see [`crate::contact::after_kick`].
 pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
     let h = step.substep();
     let (half, two, sixth) = (h * R::HALF, R::ONE + R::ONE, h / R::of(6.0));
@@ -335,7 +335,7 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
     }
 }
 
-/// Holds what lies on an obstacle at the velocities of a stage, `reach` seconds after the start, or
+/// Holds particles on an obstacle at the velocities of a stage, `reach` seconds after the start, or
 /// at the last, those of the end.
 fn settle_stage<R: Real>(step: &mut StepContext<'_, R>, reach: R, is_last: bool) -> Contacts {
     for_each_share(step.pass(), |pass| set_kicks(pass, reach));

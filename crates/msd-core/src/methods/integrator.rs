@@ -13,7 +13,8 @@ use alloc::vec::Vec;
 pub enum Integrator {
     /// x' = x + h v, v' = v + h a(x, v): the textbook baseline; it adds energy.
     ExplicitEuler,
-    /// v' = v + h a(x, v), x' = x + h v': what most programs that claim to use Euler really do.
+    /// v' = v + h a(x, v), x' = x + h v': the method that most programs that claim to use Euler
+    /// really use.
     SymplecticEuler,
     /// Kick, drift, kick: second order at the price of one evaluation. Dampers are evaluated at a
     /// predicted velocity.
@@ -68,7 +69,7 @@ impl Integrator {
         }
     }
 
-    /// What it is for, in a line.
+    /// Its purpose, in a line.
     pub fn purpose(self) -> &'static str {
         match self {
             Integrator::ExplicitEuler => "the textbook baseline: it gains energy",

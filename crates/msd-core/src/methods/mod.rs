@@ -13,7 +13,7 @@
 //!
 //! A method is a function of a [`StepContext`]; the built-in ones are the variants of
 //! [`Integrator`], and a caller may bring another. A step starts from positions and velocities
-//! alone, whatever the method: that is what makes state files, stepping back and replay exact.
+//! alone, whatever the method: that makes state files, stepping back and replay exact.
 
 mod integrator;
 mod settings;

@@ -19,7 +19,7 @@ pub(crate) struct Scratch<R: Real> {
     /// The displacements as projected so far, metres: as differences of positions they would lose
     /// the digits that velocities need.
     ways: Vec<R::Vec3>,
-    /// What rows have applied in a substep, N s².
+    /// Multipliers that rows have applied in a substep, N s².
     multipliers: Vec<R>,
     /// The pull of springs, newtons, of which only the power of the dampers is wanted.
     pulls: Aligned<R>,
@@ -38,7 +38,7 @@ impl<R: Real> Scratch<R> {
 ///
 /// Particles first move by the outside forces alone to p = x + d, d = h (v + h w f). Then each
 /// spring, in order, moves its ends along its direction u by −w Δλ and w Δλ, with C = |p_b − p_a| −
-/// rest and the sum λ of what it has moved them by before in the substep:
+/// rest and the sum λ of its previous Δλ in the substep:
 ///
 /// Δλ = −(λ + k h² C + b h u·(d_b − d_a)) / (1 + (k h² + b h) (w_a + w_b))
 ///

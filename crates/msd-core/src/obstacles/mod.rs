@@ -1,7 +1,7 @@
 //! Obstacles: solids that particles cannot enter.
 //!
 //! An obstacle knows the gap and the normal at a point, the velocity of its surface and the law of
-//! contact there; `contact/` holds what a particle does that meets it.
+//! contact there. `contact/` holds the response of a particle that meets it.
 
 pub(crate) mod motion;
 mod plane;

@@ -1,11 +1,11 @@
-//! The motion of solids and of what guides pins: steady, or through key frames.
+//! The motion of solids and of guides of pins: steady, or through key frames.
 //!
-//! Between two key frames it moves by a cubic of time (Hermite). Its velocity is zero at
-//! the first key frame and at the last; at others it is, along each axis, a mean of those on
-//! both sides, zero where they have different signs (Fritsch and Butland, 1984): so position
-//! and velocity are continuous, no coordinate leaves the range of its two key frames, and key
-//! frames that a steady motion passes through give that motion. A turn is the same cubic of a
-//! rotation vector that starts at the key frame before.
+//! Between two key frames it moves by a cubic of time (Hermite). Its velocity is zero at the first
+//! key frame and at the last. At others it is, along each axis, a mean of those on both sides, zero
+//! where they have different signs (Fritsch and Butland, 1984). So position and velocity are
+//! continuous, and no coordinate leaves the range of its two key frames. Key frames that a steady
+//! motion passes through give that motion. A turn is the same cubic of a rotation vector that
+//! starts at the key frame before.
 
 use crate::number::Real;
 use crate::scene::solid::rotation;
@@ -224,6 +224,6 @@ fn vector_rate(turn: DVec3, spin: DVec3) -> DVec3 {
     spin - across * 0.5 + turn.cross(across) * twice
 }
 
-/// An angle below which the next terms of series are less than rounding, radians; above it the
-/// differences in the formulas keep half of the digits, of what is as small as the angle.
+/// An angle below which the next terms of series are less than rounding, radians. Above it the
+/// differences in the formulas keep half of the digits, of terms that are as small as the angle.
 const SMALL: f64 = 1e-4;

@@ -13,7 +13,7 @@ pub struct PlaneColumn<R: Real> {
     pub offset: R,
     /// Restitution and friction.
     pub(crate) law: ContactLaw<R>,
-    /// The friction as it was written, not rounded.
+    /// The friction as written, not rounded.
     pub(crate) friction: Friction,
 }
 
@@ -32,7 +32,7 @@ impl<R: Real> PlaneColumn<R> {
         }
     }
 
-    /// The row, as it is now.
+    /// The current row.
     pub(crate) fn row(&self) -> Plane {
         Plane {
             normal: self.normal.to_f64(),

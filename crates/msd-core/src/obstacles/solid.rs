@@ -57,7 +57,7 @@ pub(crate) fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
     })
 }
 
-/// An obstacle that is no plane, at the points of a record that some bits say.
+/// An obstacle that is not a plane, at the points of a record that some bits select.
 pub(crate) trait Sampled<R: Real>: Obstacle<R> {
     /// The gaps, metres.
     fn gaps(&self, points: (&[R; RECORD], u32), time: f64) -> [R; LANES];
@@ -147,7 +147,7 @@ impl<R: Real> Ball<R> {
     }
 
     /// The ball around a solid at a time, seconds, however it has turned, for particles of up to a
-    /// radius, metres. That of what has no end is infinite, and holds any place.
+    /// radius, metres. That of a solid without end is infinite, and holds any place.
     pub(crate) fn new(solid: &Solid, time: f64, radius: R) -> Self {
         let middle = middle(solid, time);
         // A part in a thousand is more than all rounding of a point at the solid.
@@ -156,9 +156,9 @@ impl<R: Real> Ball<R> {
         Ball { middle: R::Vec3::of(middle).components(), squared: R::of(reach * reach) }
     }
 
-    /// Whether a place of some records is between the two planes that hold the ball along an axis:
-    /// false only where none is inside, as the square of one component, rounded, is no more than
-    /// the rounded sum. A third of the numbers are read.
+    /// Returns whether a place of some records is between the two planes that hold the ball along
+    /// an axis. It is false only where none is inside, as the square of one component, rounded, is
+    /// at most the rounded sum. A third of the numbers are read.
     #[inline(always)]
     pub(crate) fn may_hold_any(&self, records: &[[R; RECORD]]) -> bool {
         let Some(some) = records.last() else { return false };

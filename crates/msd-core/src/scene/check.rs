@@ -77,7 +77,7 @@ pub(crate) fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
     Ok(())
 }
 
-/// Checks what guides pins among so many particles and solids.
+/// Checks the guides of pins among so many particles and solids.
 pub(crate) fn check_guides<R: Real>(
     guides: &[Guide],
     particles: usize,
@@ -174,7 +174,7 @@ pub(crate) fn check_bend<R: Real>(row: usize, bend: &Bend, count: usize) -> Resu
         sum += weight;
         largest = f64::max(largest, weight.abs());
     }
-    // What is left over would push the body as a whole. A run in single precision rounds weights.
+    // An unbalanced sum would push the body as a whole. A run in single precision rounds weights.
     let balanced = sum.abs() <= 1e-6 * largest;
     check(balanced, "sum of the weights", at, sum, "0")?;
     check(is_finite::<R>(bend.rest), "tangent at rest", at, bend.rest, "finite")?;
@@ -305,7 +305,7 @@ fn check_solid<R: Real>(row: usize, solid: &Solid) -> Result<(), Error> {
 
 fn check_axes(at: (&'static str, usize), axes: &DMat3) -> Result<(), Error> {
     let off = (axes.transpose() * *axes - DMat3::IDENTITY).to_cols_array();
-    // A sum, as a NaN is no rotation either.
+    // A sum, as a NaN is not a rotation either.
     let off = off.into_iter().map(f64::abs).sum::<f64>();
     check(off <= 1e-9, "departure of the axes from a rotation", at, off, "0")
 }
@@ -428,7 +428,7 @@ pub(crate) fn check_look(at: (&'static str, usize), look: &Look) -> Result<(), E
 }
 
 pub(crate) fn check_mass<R: Real>(at: (&'static str, usize), mass: f64) -> Result<(), Error> {
-    // The reciprocal must fit too: it is what a step multiplies by.
+    // The reciprocal must fit too: a step multiplies by it.
     let rounded = R::of(mass);
     let usable =
         R::ZERO < rounded && is_finite::<R>(mass) && is_finite::<R>(1.0 / rounded.to_f64());

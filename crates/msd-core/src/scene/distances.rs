@@ -10,7 +10,7 @@ pub const MOST_POINTS: usize = 1 << 22;
 /// Signed distances from a closed surface on a grid of points, as seen from the middle of a solid.
 ///
 /// Between the points the distance is interpolated (trilinear), so the surface that particles meet
-/// is off by [`DistanceGrid::error`]; with half the cell it is off by a quarter where the surface
+/// is off by [`DistanceGrid::error`]. With half the cell it is off by a quarter where the surface
 /// is smooth, and by half at its edges. `msd_scene::mesh::distances` makes one of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -30,22 +30,22 @@ pub struct DistanceGrid {
     pub error: f64,
     /// The corners of the surface, metres.
     pub corners: Vec<DVec3>,
-    /// The triangles of the surface, three corners each, counter-clockwise seen from outside: what
-    /// is drawn.
+    /// The triangles of the surface, three corners each, counter-clockwise seen from outside, for
+    /// drawing.
     pub triangles: Vec<[u32; 3]>,
 }
 
 /// Steps of Newton's method from a point to the interpolated surface; two are enough within a cell.
 const MOST_STEPS: usize = 8;
-/// The least slope of distances, which have 1, at which a point still has a way to the surface:
-/// about the middle of what is thinner than a cell there is none.
+/// The least slope of distances, which have 1, at which a point still has a way to the surface.
+/// About the middle of a part thinner than a cell there is none.
 const LEAST_SLOPE: f64 = 0.25;
 
 impl DistanceGrid {
     /// The distance of a point from the interpolated surface, metres; negative inside.
     ///
-    /// Within a cell of the surface it is the way to it against the normal, exact up to rounding:
-    /// what is moved by it lies on the surface.
+    /// Within a cell of the surface it is the way to it against the normal, exact up to rounding: a
+    /// point that is moved by it lies on the surface.
     pub fn gap(&self, point: DVec3) -> f64 {
         let (value, slope) = self.sample(point);
         let steepness = length(slope);
@@ -119,7 +119,7 @@ fn length(vector: DVec3) -> f64 {
     Real::sqrt(vector.dot(vector))
 }
 
-/// How a scene with its solids is serialized: a grid that several share once for each.
+/// Serialization of a grid: written once for each solid that shares it.
 #[cfg(feature = "serde")]
 pub(crate) mod shared {
     use super::DistanceGrid;

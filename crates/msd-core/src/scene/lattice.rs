@@ -136,7 +136,7 @@ impl Lattice {
         [self.particle(from), self.particle(to)]
     }
 
-    /// The spring that joins two particles, in either order; `None` if they are no neighbours.
+    /// The spring that joins two particles, in either order; `None` if they are not neighbours.
     pub fn spring_between(&self, ends: [usize; 2]) -> Option<usize> {
         let [a, b] = ends.map(|end| self.place(end));
         let step = [0, 1, 2].map(|axis| b[axis] as isize - a[axis] as isize);

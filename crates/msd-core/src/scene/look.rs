@@ -17,7 +17,7 @@ pub const PALETTE: [[f32; 3]; 8] = [
 const FIRST_SHEET: usize = 1;
 const FIRST_ROPE: usize = 5;
 
-/// What is repeated along the surface of a body.
+/// A pattern that is repeated along the surface of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -52,7 +52,7 @@ impl Pattern {
     }
 }
 
-/// How a body looks.
+/// The appearance of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Look {
@@ -68,7 +68,7 @@ pub struct Look {
     pub metal: bool,
     /// The share of light that passes thin parts, from 0 to 1. Default 0.
     pub translucency: f32,
-    /// What is repeated along its surface. Default nothing.
+    /// Pattern that is repeated along its surface. Default none.
     pub pattern: Pattern,
     /// Size of the pattern, metres; 0 for a part of the body that suits the pattern. Default 0.
     pub pattern_size: f32,
@@ -89,8 +89,8 @@ impl Default for Look {
 }
 
 impl Look {
-    /// The colour of a body of this look, sRGB from 0 to 1: its own, or one of eight by the kind of
-    /// its surface and by its place among the bodies.
+    /// The colour of a body of this look, sRGB from 0 to 1. It is its own, or one of eight by the
+    /// kind of its surface and by its place among the bodies.
     pub fn colour_at(&self, number: usize, surface: &Surface) -> [f32; 3] {
         let first = match surface {
             surface if surface.triangles.is_empty() => FIRST_ROPE,

@@ -63,13 +63,13 @@ pub struct Spring {
 /// It stores k s²/2, s = Σ w x being a weighted sum of their positions that is zero where they are
 /// in a line, or in a plane. The force on a particle is −w (k s + b ŝ ŝ·s'), with ŝ the direction
 /// of s: without damping it is linear. It keeps linear and angular momentum. Over the square of the
-/// spacing s is a curvature, as long as the spacing stays what it was.
+/// spacing s is a curvature, as long as the spacing does not change.
 ///
-/// One that is curved at rest stores k |s − t m|² cos² φ0/2: with e = x1 − x0, f = w2 (x2 − x0) −
-/// w3 (x3 − x0) and m = e × f/|e|, triangles that keep their shape have s = L sin φ n and
-/// m = L cos φ n, φ being half of the angle between them and n their normal, and t = tan φ0 is that
-/// at rest. So it stores k L² sin²(φ − φ0)/2, which does not jump where the triangles are folded
-/// onto each other and through: it is most at half a turn from rest. Its damper acts against
+/// A bend that is curved at rest stores k |s − t m|² cos² φ0/2: with e = x1 − x0, f = w2 (x2 − x0)
+/// − w3 (x3 − x0) and m = e × f/|e|, triangles that keep their shape have s = L sin φ n and m = L
+/// cos φ n, φ being half of the angle between them and n their normal. At rest it is φ0, and t =
+/// tan φ0. So it stores k L² sin²(φ − φ0)/2, which does not jump where the triangles are folded
+/// onto each other and through. It is largest at half a turn from rest. Its damper acts against
 /// changes of φ, of which there are none where it turns as a whole.
 ///
 /// Source of the quadratic energy: Bergou, Wardetzky, Harmon, Zorin and Grinspun, 2006.
@@ -110,8 +110,8 @@ impl Bend {
     }
 
     /// A bend of two triangles that share the edge from the first particle to the second, at rest
-    /// where these four positions are; the other corners are the third and the fourth. Of a sheet
-    /// of the bending stiffness B, newton metres, without damping.
+    /// at these four positions. The other corners are the third and the fourth. Of a sheet of the
+    /// bending stiffness B, newton metres, without damping.
     ///
     /// With l the length of the edge, h2 and h3 the heights above it and θ the angle between the
     /// triangles, 0 where they are in a plane, L is 2 h, h = 2 h2 h3/(h2 + h3), and φ is θ/2. A
@@ -139,7 +139,7 @@ impl Bend {
         let sign = edge.cross(other).dot(sum).signum();
         let is_straight = 2.0 * sine < STRAIGHT;
         let rest = if is_straight { 0.0 } else { sign * Real::min(sine / cosine, STEEPEST) };
-        // A sharp edge is no plate.
+        // A sharp edge is not a plate.
         let softer = Real::min(2.0 * cosine * cosine, 1.0);
         let area = 0.5 * Real::sqrt(square) * (low + high);
         let reach = weights[2] * low;
@@ -152,7 +152,7 @@ impl Bend {
 ///
 /// With V the volume of the cell, whose faces may be warped (that of the trilinear map of a cube),
 /// V0 that at rest and e = V/V0 − 1, it stores Λ V0 e²/2. Where Λ is negative it takes away energy
-/// from what springs store, less where a cell is far from its rest: Λ V0 e²/(2 + 4/3 e + 2 e²). The
+/// from that of springs, less where a cell is far from its rest: Λ V0 e²/(2 + 4/3 e + 2 e²). The
 /// force on a particle is −(Λ e + c e') ∂V/∂x. It keeps linear and angular momentum.
 ///
 /// Source: Kot and Nagahashi, 2015, who add an energy of the volume to springs.
@@ -209,7 +209,7 @@ pub struct Pin {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Guide {
-    /// Each particle, with its place from the middle of what leads it, in the axes of that, metres.
+    /// Each particle, with its place from the middle of its leader, in the axes of that, metres.
     pub held: Vec<(usize, DVec3)>,
     /// The motion that leads them.
     pub lead: Lead,
@@ -258,7 +258,7 @@ pub struct Body {
     pub springs: Range<usize>,
     /// Its surface; empty for a rope.
     pub surface: Surface,
-    /// How it looks.
+    /// Its appearance.
     pub look: Look,
 }
 
@@ -295,9 +295,9 @@ pub struct Scene {
     pub particles: Vec<Particle>,
     /// The springs.
     pub springs: Vec<Spring>,
-    /// The bends: what resists bending.
+    /// The bends, which resist bending.
     pub bends: Vec<Bend>,
-    /// The volumes: what resists a change of volume.
+    /// The volumes, which resist a change of volume.
     pub volumes: Vec<Volume>,
     /// The planes.
     pub planes: Vec<Plane>,
@@ -307,7 +307,7 @@ pub struct Scene {
     pub shells: Vec<Shell>,
     /// The pins.
     pub pins: Vec<Pin>,
-    /// What guides pinned particles. Not written with the rows: it is a part of a
+    /// Guides of pinned particles. They are not written with the rows: they are a part of a
     /// [`Progress`](crate::Progress).
     #[cfg_attr(feature = "serde", serde(skip))]
     pub guides: Vec<Guide>,

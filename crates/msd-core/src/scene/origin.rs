@@ -42,11 +42,11 @@ impl Scene {
         scene
     }
 
-    /// The scene moved so that its middle is within a metre of the origin, and where that is in the
-    /// old coordinates, metres: a position x of the new scene is x + this of the old one.
+    /// The scene moved so that its middle is within a metre of the origin, and the new origin in
+    /// the old coordinates, metres. A position x of the new scene is x + this of the old one.
     ///
     /// Whole metres, so that a double loses nothing. Use it for a scene far away that is to run in
-    /// `f32`; it does not help a scene that is itself as large as it is far away.
+    /// `f32`; it does not help a scene that is as large as its distance.
     pub fn recentred(&self) -> (Scene, DVec3) {
         let mut positions = self.particles.iter().map(|particle| particle.position);
         let first = positions.next().unwrap_or_default();

@@ -40,11 +40,11 @@ pub struct Shell {
     pub exempt: Vec<[usize; 2]>,
     /// Shells before this one that it passes through.
     pub ignored: Vec<usize>,
-    /// How it meets shells before this one, in place of what follows from both; each once.
+    /// Rules of contact with shells before this one, which replace those of both; each pair once.
     pub between: Vec<Between>,
 }
 
-/// How a shell meets another, in place of what follows from both.
+/// Rules of contact of a shell with another, which replace those of both.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Between {
@@ -95,7 +95,7 @@ pub fn do_meet(shells: &[Shell], [a, b]: [usize; 2]) -> bool {
     if first == last { shells[first].itself } else { !shells[last].ignored.contains(&first) }
 }
 
-/// How two shells meet, where that is said of the two.
+/// The rules of contact between two shells, where they are given for the two.
 pub fn between(shells: &[Shell], [a, b]: [usize; 2]) -> Option<&Between> {
     shells[a.max(b)].between.iter().find(|between| between.shell == a.min(b))
 }

@@ -1,4 +1,4 @@
-//! Solids of a shape: what a scene says of them, and the distance from their surface.
+//! Solids of a shape: their rows in a scene, and the distance from their surface.
 
 use super::{DistanceGrid, Friction};
 use crate::number::Real;
@@ -6,7 +6,7 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 use glam::{DMat3, DVec3};
 
-/// The shape of a solid about its own middle; y is the axis of what has one.
+/// The shape of a solid about its own middle; y is the axis of shapes that have one.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Shape {
@@ -45,8 +45,8 @@ pub enum Shape {
     Mesh(
         #[cfg_attr(feature = "serde", serde(with = "super::distances::shared"))] Arc<DistanceGrid>,
     ),
-    /// All points that are not above its middle, without end. One that stands still is better a
-    /// [`Plane`](super::Plane), which costs less.
+    /// All points that are not above its middle, without end. A [`Plane`](super::Plane) costs less
+    /// than a half space that stands still.
     HalfSpace,
 }
 
@@ -86,7 +86,7 @@ pub struct Solid {
     pub restitution: f64,
     /// Friction along its surface.
     pub friction: Friction,
-    /// Whether it meets points on springs that are longer than it is thick, not particles alone.
+    /// Whether it meets, besides particles, points on springs that are longer than its thickness.
     pub springs: bool,
 }
 
@@ -310,20 +310,20 @@ fn from_circle(point: DVec3, radius: f64) -> DVec3 {
     point - select(0.0 < length, away * (radius / length), DVec3::X * radius)
 }
 
-/// How far a point is beyond the round side of a rod and beyond its end; it has no third side.
+/// Distances of a point beyond the round side of a rod and beyond its end; it has no third side.
 #[inline(always)]
 fn sides_of_rod(point: DVec3, radius: f64, long: f64) -> DVec3 {
     DVec3::new(length(around(point)) - radius, point.y.abs() - 0.5 * long, f64::MIN)
 }
 
-/// The distance from what has flat sides, by how far a point is beyond each.
+/// The distance from a shape with flat sides, by the distances of a point beyond each.
 #[inline(always)]
 fn beyond(sides: DVec3) -> f64 {
     length(sides.max(DVec3::ZERO)) + Real::min(sides.max_element(), 0.0)
 }
 
-/// The direction out of what has flat sides: from the nearest point outside, through the nearest
-/// side inside; `point` gives the signs of the axes.
+/// The direction out of a shape with flat sides: from the nearest point outside, through the
+/// nearest side inside; `point` gives the signs of the axes.
 #[inline(always)]
 fn out(sides: DVec3, point: DVec3, axes: DMat3) -> DVec3 {
     let outside = sides.max(DVec3::ZERO);

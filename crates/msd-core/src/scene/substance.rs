@@ -1,11 +1,12 @@
-//! Substances: what a body is made of, in the numbers of an engineer, and the springs of a lattice
-//! that behave like it.
+//! Substances of bodies, in the numbers of an engineer, and the springs of a lattice that behave
+//! like them.
 //!
 //! A lattice of spacing a is cut into cells between neighbouring particles: cubes, squares or
 //! lengths. A spring inside the body belongs to all cells around it, one in a face of the body to
-//! half as many, one along an edge to a quarter; each counts for what it belongs to, and so do the
-//! masses of particles. A network of springs of stiffness k, length L and direction n in a volume V
-//! has the elasticity C_ijkl = (1/V) Σ k L² n_i n_j n_k n_l, which gives the formulas below.
+//! half as many, one along an edge to a quarter. Each counts for the cells that it belongs to, and
+//! so do the masses of particles. A network of springs of stiffness k, length L and direction n in
+//! a volume V has the elasticity C_ijkl = (1/V) Σ k L² n_i n_j n_k n_l, which gives the formulas
+//! below.
 
 use crate::error::Error;
 use crate::number::Real;
@@ -22,11 +23,11 @@ pub const SHEET_POISSON: f64 = 1.0 / 3.0;
 /// The largest Poisson's ratio of a solid: towards 1/2 the stable step goes to 0.
 pub const MOST_POISSON: f64 = 0.45;
 
-/// What a body is made of.
+/// The substance of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Substance {
-    /// How it resists strain.
+    /// Its resistance to strain.
     pub elasticity: Elasticity,
     /// Density: of a solid kg/m³, of a sheet kg/m², of a rope kg/m; positive.
     pub density: f64,
@@ -34,7 +35,7 @@ pub struct Substance {
     pub relaxation_time: f64,
 }
 
-/// How a substance resists strain, by the dimensions of its lattice.
+/// Resistance of a substance to strain, by the dimensions of its lattice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -55,7 +56,7 @@ pub enum Elasticity {
         weft: f64,
         /// Shear modulus, newtons per metre; positive and at most warp weft / |warp − weft|.
         shear: f64,
-        /// How it resists bending.
+        /// Its resistance to bending.
         bending: Bending,
     },
     /// A rope.
@@ -137,7 +138,7 @@ pub(crate) struct Cell {
     lines: [f64; 3],
     /// Stiffness of the twist of a cell, newtons per metre.
     twist: f64,
-    /// What it resists a change of volume by beyond its springs, pascals.
+    /// Its resistance to a change of volume beyond that of its springs, pascals.
     modulus: f64,
     /// Its volume, cubic metres.
     volume: f64,
@@ -263,8 +264,8 @@ impl Cell {
     }
 }
 
-/// The share of the cells around something inside the body that are around what starts at `place`
-/// and goes on by `step`.
+/// The share of the cells around something inside the body that are around the row that starts at
+/// `place` and goes on by `step`.
 fn share(size: [usize; 3], place: [usize; 3], step: [isize; 3]) -> f64 {
     let is_in_face = |axis: usize| {
         let ends = place[axis] == 0 || place[axis] == size[axis] - 1;
@@ -310,8 +311,8 @@ fn stiffnesses(elasticity: Elasticity, spacing: f64) -> Result<([f64; 3], f64, f
     }
 }
 
-/// What the cells of a solid resist a change of volume by beyond their springs, pascals: λ − μ, as
-/// springs have λ = μ.
+/// Resistance of the cells of a solid to a change of volume beyond that of their springs, pascals:
+/// λ − μ, as springs have λ = μ.
 fn volume_modulus(elasticity: Elasticity) -> f64 {
     match elasticity {
         Elasticity::Solid { young, poisson } if poisson != SOLID_POISSON => {

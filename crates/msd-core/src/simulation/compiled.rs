@@ -1,8 +1,8 @@
 //! The functions with the loops of a simulation, compiled in this crate for either precision.
 //!
-//! A generic function is compiled in the crate that calls it: in a debug build of a caller's own,
+//! A generic function is compiled in the crate that calls it. In a debug build of a caller's own,
 //! without optimisation, these would be some two hundred times as slow. The two tables below are
-//! not generic, so what they point to is compiled here.
+//! not generic, so the functions that they point to are compiled here.
 
 use super::Simulation;
 use crate::energy::Energy;

@@ -1,7 +1,7 @@
 //! The guard against divergence: where a state left the world, and a substep that is stable.
 //!
 //! A state is outside too where a particle is so fast that its next substep crosses the whole
-//! world, or where the step took or gave more energy than a number holds: a method that ends on a
+//! world, or where the step took or gave more energy than a number holds. A method that ends on a
 //! kick leaves positions from before it.
 
 use super::Simulation;

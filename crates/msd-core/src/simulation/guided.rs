@@ -5,7 +5,7 @@ use crate::number::Real;
 use crate::system::Columns;
 
 impl<R: Real> Simulation<R> {
-    /// Puts guided particles where they are at the present time, pins those of guides that begin
+    /// Puts guided particles at their places for the current time, pins those of guides that begin
     /// and frees those of guides that have ended.
     pub(super) fn follow_guides(&mut self) {
         let time = self.time();

@@ -41,8 +41,8 @@ pub enum Interaction {
         particle: usize,
         /// The point that it is pulled to, metres.
         target: DVec3,
-        /// Frequency of the particle alone on this spring, hertz; capped at a tenth of the substeps
-        /// per second, so that user input cannot blow up the scene.
+        /// Frequency of the particle alone on this spring, hertz. It is capped at a tenth of the
+        /// substeps per second, so that user input cannot blow up the scene.
         frequency: f64,
         /// Damping ratio ζ: 1 is critical.
         damping_ratio: f64,
@@ -114,8 +114,8 @@ pub enum Interaction {
         /// The factor, positive.
         factor: f64,
     },
-    /// Makes the present lengths the rest lengths; bends stay straight at rest, and volumes
-    /// keep theirs.
+    /// Makes the current lengths the rest lengths; bends stay straight at rest, and volumes keep
+    /// theirs.
     Freeze {
         /// Of which springs.
         springs: Select,
@@ -165,29 +165,29 @@ pub enum Interaction {
         /// The plane.
         plane: Plane,
     },
-    /// Multiplies a number of what bodies are made of: of their springs, bends, volumes and masses
+    /// Multiplies a number of the material of bodies: of their springs, bends, volumes and masses
     /// alike.
     ScaleMaterial {
-        /// Which bodies: all, or one.
+        /// The bodies: all, or one.
         bodies: Select,
-        /// Which number.
+        /// The number.
         number: MaterialNumber,
         /// The factor, positive.
         factor: f64,
     },
     /// Damps springs, bends and volumes of bodies by their stiffness (Kelvin and Voigt).
     SetRelaxationTime {
-        /// Which bodies: all, or one.
+        /// The bodies: all, or one.
         bodies: Select,
         /// Damping over stiffness, seconds.
         value: f64,
     },
-    /// Puts a solid somewhere, turned as it is, and lets it move steadily from now on: its key
-    /// frames are left out. The next substep moves out the particles inside it.
+    /// Puts a solid somewhere with its current rotation, and lets it move steadily from then on:
+    /// its key frames are dropped. The next substep moves out the particles inside it.
     MoveSolid {
         /// The solid.
         solid: usize,
-        /// Its middle now, metres.
+        /// Its new middle, metres.
         position: DVec3,
         /// Velocity of its middle, metres per second.
         velocity: DVec3,
@@ -198,7 +198,7 @@ pub enum Interaction {
     SetLook {
         /// The body.
         body: usize,
-        /// How it looks from now on.
+        /// Its new appearance.
         look: Look,
     },
 }
@@ -278,7 +278,7 @@ pub(crate) fn check_interaction<R: Real>(
             check::check_vector::<R>("target", at, target)?;
             check::check_not_negative::<R>("frequency", at, frequency)?;
             check::check_not_negative::<R>("damping ratio", at, damping_ratio)?;
-            // In f64 even for a run in f32, where the largest number is no cap at all.
+            // In f64 even for a run in f32, where the largest number means no cap.
             check::check_not_negative::<f64>("force cap", at, max_force)
         }
         Release { particle } | Unpin { particle } => one(particle),
@@ -533,8 +533,8 @@ fn grab<R: Real>(model: &mut Model<R>, h: f64, interaction: Interaction) {
     cap_grabs(model, h);
 }
 
-/// Weakens grabs that a substep of `h` seconds could not follow: at most a tenth of the substeps
-/// per second, and no more damping than takes half of a velocity per substep.
+/// Weakens grabs that a substep of `h` seconds could not follow. They keep a frequency of at most a
+/// tenth of the substeps per second, and no more damping than takes half of a velocity per substep.
 pub(crate) fn cap_grabs<R: Real>(model: &mut Model<R>, h: f64) {
     let fastest = core::f64::consts::TAU * 0.1 / h;
     for grab in &mut model.grabs.0 {

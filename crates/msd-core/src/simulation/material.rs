@@ -5,7 +5,7 @@ use crate::number::Real;
 use crate::scene::check::check_mass;
 use crate::system::Model;
 
-/// A number of what a body is made of.
+/// A number of the material of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -18,7 +18,7 @@ pub enum MaterialNumber {
     Density,
 }
 
-/// Multiplies a number of what bodies are made of. A mass that would not fit stays as it is.
+/// Multiplies a number of the material of bodies. A mass that would not fit keeps its value.
 pub(super) fn scale<R: Real>(
     model: &mut Model<R>,
     rows: Rows,
@@ -38,7 +38,7 @@ pub(super) fn scale<R: Real>(
     if masses != 1.0 {
         for particle in rows.0 {
             let mass = model.masses[particle].to_f64() * masses;
-            // One that was removed has none.
+            // A removed particle has no mass.
             if model.is_removed(particle) || check_mass::<R>(("interaction", 0), mass).is_err() {
                 continue;
             }

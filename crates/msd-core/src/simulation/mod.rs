@@ -1,11 +1,10 @@
 //! The running simulation: one step on a page, its queue, and the guard that keeps it in the world.
 //!
-//! `interaction.rs` holds user input between two steps, `material.rs` that which makes another
-//! material of a body, `topology.rs` additions and removals,
-//! `progress.rs` the checkpoint from which a run resumes to the bit, `guard.rs` the stop of a run
-//! that diverges, `guided.rs` the motion of guided pins, `readings.rs` the measurements,
-//! `witness.rs` the drift detector, and `compiled.rs` the functions that a debug build of a caller
-//! runs optimised.
+//! `interaction.rs` holds user input between two steps, `material.rs` changes of the material of a
+//! body, and `topology.rs` additions and removals. `progress.rs` holds the checkpoint from which a
+//! run resumes to the bit, `guard.rs` the stop of a run that diverges, and `guided.rs` the motion
+//! of guided pins. `readings.rs` holds the measurements, `witness.rs` the drift detector, and
+//! `compiled.rs` the functions that a debug build of a caller runs optimised.
 
 mod compiled;
 mod guard;
@@ -73,11 +72,11 @@ pub struct Simulation<R: Real = f32> {
     next_handle: usize,
 }
 
-/// The part of the model that the queue may change, as it was before.
+/// The previous part of the model that the queue may change.
 enum Kept<R: Real> {
     /// All of it.
     Model(Box<Model<R>>),
-    /// The grabs, which stand in `good_grabs`, how many pushes there were, and the solids if one is
+    /// The grabs, which stand in `good_grabs`, the number of pushes, and the solids if one is
     /// moved.
     Hands { pushes: usize, solids: Vec<Solid> },
 }
@@ -158,10 +157,11 @@ impl<R: Real> Simulation<R> {
         (Compiled::of_precision().step)(self, true).map(drop)
     }
 
-    /// Advances by one step unless shells may cross in it, see
-    /// [`Ledger::passes`], or in a substep a surface turns by more than a tenth of a radian on the
-    /// way of one that meets it, or moves by half of its thickness, or energy appears that nothing
-    /// supplied, a tenth of what moves; returns whether it did. If not, all is as it was before.
+    /// Advances by one step unless shells may cross in it, see [`Ledger::passes`]. Nor does it
+    /// advance if a surface turns in a substep by more than a tenth of a radian on the way of a
+    /// particle that meets it, or moves by half of its thickness. Friction that does not settle
+    /// refuses a step too, as does energy that nothing supplied, a tenth of that in motion. Returns
+    /// whether it did. If not, everything is restored.
     ///
     /// # Errors
     /// See [`Simulation::step`].
@@ -220,8 +220,8 @@ impl<R: Real> Simulation<R> {
         Ok(true)
     }
 
-    /// Keeps the model as it was before the queue is applied: all of it, or only the part that
-    /// grabs and pushes change, as these are frequent.
+    /// Keeps the model before the queue is applied: all of it, or only the part that grabs and
+    /// pushes change, as these are frequent.
     fn keep_model(&mut self) -> Kept<R> {
         use Interaction::{Grab, Impulse, MoveSolid, Push, Release, Spin};
         let pushes = self.model.pushes.0.len();
@@ -268,7 +268,7 @@ impl<R: Real> Simulation<R> {
         }
     }
 
-    /// Goes back to the last good state where the present one is refused.
+    /// Goes back to the last good state where the current one is refused.
     fn guard_or_go_back(&mut self, done: &Done) -> Result<(), Error> {
         self.guard(done).inspect_err(|_| self.go_back())
     }
@@ -447,14 +447,14 @@ impl<R: Real> Simulation<R> {
     }
 
     /// Bounds the evaluations of all forces that a step of an adaptive method may take, so that a
-    /// window is never kept waiting: a step that needs more fails. No bound by default, and none is
+    /// window is never kept waiting. A step that needs more fails. No bound by default, and none is
     /// kept in a saved run.
     pub fn set_most_evaluations(&mut self, most: u64) {
         self.most_evaluations = most;
     }
 
     /// Steps by a user-defined method from the next step on, in place of the integrator of the
-    /// settings; their step, substeps and tolerance hold for it too.
+    /// settings. Their step, substeps and tolerance hold for it too.
     pub fn set_method(&mut self, method: impl Method<f32> + Method<f64> + 'static) {
         self.own_method = Some(OwnMethod::new(method));
         self.renew_scratch();
@@ -483,7 +483,7 @@ impl<R: Real> Simulation<R> {
         }
     }
 
-    /// Chooses the instructions of the steps to come, for measurements: all of them give the same
+    /// Chooses the instructions of the steps to come, for measurements. All of them give the same
     /// bits, and the best that this machine has are chosen at the start.
     pub fn set_instructions(&mut self, instructions: Instructions) {
         self.level = instructions.level();

@@ -1,10 +1,10 @@
 //! Checkpoint of a run: with the rows of its scene, all that it takes to resume it to the last bit.
 //!
-//! A step starts from the columns of the model, the state, the settings and the queue; no method
-//! keeps anything from one step to the next that changes the bits. So a run is a scene as it is
-//! now, its particles moved, and a [`Progress`]. Both are in `f64`: widening a number of a run in
-//! `f32` and rounding it back is exact. Springs that are cut stay in the rows, since the order of
-//! sums follows from all of them. User-defined elements, obstacles and methods are not kept.
+//! A step starts from the columns of the model, the state, the settings and the queue. No method
+//! keeps anything from one step to the next that changes the bits. So a run is its current scene,
+//! particles moved, and a [`Progress`]. Both are in `f64`: widening a number of a run in `f32` and
+//! rounding it back is exact. Springs that are cut stay in the rows, since the order of sums
+//! follows from all of them. User-defined elements, obstacles and methods are not kept.
 
 use super::{Interaction, Simulation, step_start};
 use crate::contact::shells::RowImpulse;
@@ -52,7 +52,7 @@ pub struct Progress {
     pub removed: Vec<usize>,
     /// The impulses from which the shells start the next substep, in the order of their keys.
     pub impulses: Vec<RowImpulse>,
-    /// What guides pinned particles. Last, as runs that were saved before there were any end here.
+    /// Guides of pinned particles. Last, as runs that were saved before there were any end here.
     #[cfg_attr(feature = "serde", serde(deserialize_with = "or_none"))]
     pub guides: Vec<Guide>,
 }
@@ -87,7 +87,7 @@ pub struct Held {
 }
 
 impl<R: Real> Simulation<R> {
-    /// Returns a checkpoint of the run: the rows of its scene as they are now, and its progress.
+    /// Returns a checkpoint of the run: the current rows of its scene, and its progress.
     pub fn progress(&self) -> (Scene, Progress) {
         let grabs = self.model.grabs().iter().map(held::<R>);
         let pushes = self.model.pushes.0.iter();
@@ -126,8 +126,8 @@ impl<R: Real> Simulation<R> {
         for (row, (column, plane)) in
             model.obstacles.planes.iter_mut().zip(&scene.planes).enumerate()
         {
-            // A normal of length one up to rounding in single precision is kept as it is:
-            // brought to that length once more it would change in the last bit.
+            // A normal of length one up to rounding in single precision is kept: normalised once
+            // more, it would change in the last bit.
             let squared = Vector::dot(plane.normal, plane.normal);
             let unit = Real::abs(squared - 1.0) <= 1e-6;
             check(unit, "square of the normal", ("plane", row), squared, "1")?;

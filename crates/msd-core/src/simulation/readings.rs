@@ -17,7 +17,7 @@ use core::ops::Range;
 use glam::DVec3;
 
 impl<R: Real> Simulation<R> {
-    /// Whether work is done that is in no account: by a grab, by a push, or by a pin that went from
+    /// Returns whether unaccounted work is done: by a grab, by a push, or by a pin that went from
     /// one key frame to another within a few substeps of the last step.
     pub fn is_handled(&self) -> bool {
         self.is_handled_until(self.time())
@@ -39,13 +39,13 @@ impl<R: Real> Simulation<R> {
         Some(self.scratch.dormand_prince.as_ref().map_or(Work::default(), |scratch| scratch.work()))
     }
 
-    /// How far the solves of the last step of an implicit method got; `None` for others, and before
-    /// the first step.
+    /// Convergence of the solves in the last step of an implicit method; `None` for others, and
+    /// before the first step.
     pub fn solved(&self) -> Option<Solved> {
         self.scratch.implicit.as_ref().map(|scratch| scratch.solved())
     }
 
-    /// Predicts the largest stable substep at the present state, seconds: 0 if no step is stable,
+    /// Predicts the largest stable substep at the current state, seconds: 0 if no step is stable,
     /// infinite if every step is.
     pub fn stable_substep(&self) -> f64 {
         self.stable_substep_by(&mut Estimator::default())
@@ -61,7 +61,7 @@ impl<R: Real> Simulation<R> {
         self.largest_substep_at(&self.state, estimator)
     }
 
-    /// Predicts the largest substep that another method would take stably at the present state, in
+    /// Predicts the largest substep that another method would take stably at the current state, in
     /// steps of so many substeps, seconds.
     pub fn stable_substep_of(&self, integrator: Integrator, substeps: u32) -> f64 {
         let how = (Method::<R>::region(&integrator), substeps);
@@ -92,8 +92,8 @@ impl<R: Real> Simulation<R> {
     }
 
     /// A substep that is stable at every state in which no spring is compressed to nothing,
-    /// seconds: from sums over springs alone, two to four times shorter than the prediction; 0 for
-    /// explicit Euler, for which such sums give no bound.
+    /// seconds. It comes from sums over springs alone, two to four times shorter than the
+    /// prediction; 0 for explicit Euler, for which such sums give no bound.
     pub fn guaranteed_substep(&self, integrator: Integrator) -> f64 {
         stability::guaranteed_limit(
             (&self.model, &self.state),
@@ -114,23 +114,23 @@ impl<R: Real> Simulation<R> {
         rows.closed_pairs(at.shells)
     }
 
-    /// The fastest motion at the present state, taken for a single oscillator: that is exact where
+    /// The fastest motion at the current state, taken for a single oscillator: that is exact where
     /// damping goes with stiffness.
     pub fn fastest_mode(&self) -> Mode {
         stability::fastest_mode(&self.model, &self.state, self.time())
     }
 
-    /// The slowest motions at the present state, `count` of them and at most five, each taken for a
-    /// single oscillator: that is exact where damping goes with stiffness. Motions that nothing
-    /// resists, as those of a free body as a whole, are left out; none are found where those are
-    /// more than ten, as in a cloth that does not resist bending. Takes some thousand products with
-    /// the stiffness.
+    /// The slowest motions at the current state, `count` of them and at most five. Each is taken
+    /// for a single oscillator: that is exact where damping goes with stiffness. Motions that
+    /// nothing resists, as those of a free body as a whole, are left out. None are found where
+    /// those are more than ten, as in a cloth that does not resist bending. Takes some thousand
+    /// products with the stiffness.
     pub fn slowest_modes(&self, count: usize) -> Vec<Mode> {
         stability::slowest_modes((&self.model, &self.state), self.time(), count)
     }
 
-    /// The displacement of each particle in the fastest motion at the present state, the largest
-    /// of length 1: the motion that limits the substep of most methods. Empty where nothing pulls.
+    /// The displacement of each particle in the fastest motion at the current state, the largest of
+    /// length 1. That motion limits the substep of most methods. Empty where nothing pulls.
     pub fn fastest_motion(&self) -> Vec<DVec3> {
         stability::fastest_motion(&self.model, &self.state, self.time())
     }
@@ -165,7 +165,7 @@ impl<R: Real> Simulation<R> {
     pub fn copy_positions(&self, to: &mut Vec<[f32; 3]>) {
         to.clear();
         to.reserve(self.model.particle_count());
-        // Not `extend`: what is nested is walked faster from inside.
+        // Not `extend`: nested iterators are walked faster from inside.
         self.positions().for_each(|position| to.push(position.to_f32().to_array()));
     }
 
@@ -175,7 +175,7 @@ impl<R: Real> Simulation<R> {
         self.forces_in(&self.state)
     }
 
-    /// The forces that would act in another state of the system at the present time.
+    /// The forces that would act in another state of the system at the current time.
     ///
     /// # Panics
     /// If the state has another number of particles.
@@ -224,7 +224,7 @@ impl<R: Real> Simulation<R> {
         Columns::of(slots, state, 0)
     }
 
-    /// A borrowed view of the present state, for a renderer.
+    /// A borrowed view of the current state, for a renderer.
     pub fn snapshot(&self) -> Snapshot<'_, R> {
         Snapshot::new(&self.model, &self.state, self.time())
     }

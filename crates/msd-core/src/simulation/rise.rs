@@ -9,19 +9,19 @@ use crate::energy;
 use crate::methods::{Done, Integrator};
 use crate::number::Real;
 
-/// By how much the kinetic energy changes in a step and is dissipated at least, as a part of it,
-/// before the rest of the energy is looked at: most steps pay for two sums over the particles.
+/// The least change and dissipation of the kinetic energy in a step, as a part of it, before the
+/// rest of the energy is looked at. Most steps pay for two sums over the particles.
 const CHANGE: f64 = 0.05;
-/// The rise of the energy in a step, as a part of what is in motion after it, that is too much.
+/// The rise of the energy in a step that is too much, as a part of the energy in motion after it.
 ///
-/// The energy of a mode at 0.9 of the limit comes and goes by a factor of five, but little of what
-/// moves is in such modes.
+/// The energy of a mode at 0.9 of the limit comes and goes by a factor of five, but little of the
+/// motion is in such modes.
 const RISE: f64 = 0.1;
 
 impl<R: Real> Simulation<R> {
     /// Whether the step since the last good state has raised the energy by so much that it must
-    /// have been too long. Not asked where energy may come that is in no account, nor of methods
-    /// that have no limit or always add some.
+    /// have been too long. Not asked where unaccounted energy may come, nor of methods that have no
+    /// limit or always add some.
     pub(super) fn has_risen(&self, done: &Done) -> bool {
         use Integrator::{Rk4, SymplecticEuler, VelocityVerlet};
         let is_limited = matches!(self.settings.integrator, SymplecticEuler | VelocityVerlet | Rk4);
@@ -33,7 +33,7 @@ impl<R: Real> Simulation<R> {
         // The step is not counted yet.
         let end = self.time() + self.settings.step;
         // A body that is pressed together slows down while the error grows in its springs, and
-        // contact takes what has appeared within the same step.
+        // contact takes the energy that has appeared within the same step.
         let is_calm = (after - before).abs() + done.counted.abs() <= before * CHANGE;
         if is_calm || self.is_handled_until(end) {
             return false;

@@ -85,7 +85,7 @@ impl<R: Real> Simulation<R> {
         Ok(())
     }
 
-    /// Removes a body: its particles, and what joins them. Its number and name stay.
+    /// Removes a body: its particles, and the elements that join them. Its number and name stay.
     ///
     /// # Errors
     /// A number that names nothing.

@@ -1,4 +1,4 @@
-//! The drift detector: reports energy that the integrator adds, from samples of it now and then.
+//! The drift detector: reports energy that the integrator adds, from occasional samples.
 //!
 //! While no user input does work, kinetic + elastic + gravitational energy and that of user-defined
 //! elements can only fall: dampers, drag and contact dissipate it. Energy that moving solids and
@@ -6,35 +6,35 @@
 //! not a gain of the integrator. A lasting rise is then an error of the method: a step beyond the
 //! limit of stability, explicit Euler, a contact that returns more than it took.
 //!
-//! Symplectic methods let the energy oscillate without ever gaining any: a mode of frequency w by a
-//! fraction h² w² / 4 of its energy, and far more near the limit of stability. So no single value
-//! counts, but the *lowest* of a window of samples: the swing of a mode comes back to where it
-//! started within half its period, and the modes whose swing is large are those whose period is a
-//! few steps. A gain is reported where even the lowest is above what the energy was before by more
-//! than a tenth of the kinetic and elastic energy, both of that sample and of the time before, and
-//! by more than rounding can have added. A tenth, because energy that passes from slow modes to
-//! fast ones does raise the measured value: by h² w² / 8 on average, 6 % where a mode at a third of
-//! its stable step takes all.
+//! Symplectic methods let the energy oscillate without ever gaining any. A mode of frequency w
+//! oscillates by a fraction h² w² / 4 of its energy, and far more near the limit of stability. So
+//! no single value counts, but the *lowest* of a window of samples. The swing of a mode comes back
+//! to where it started within half its period, and the modes whose swing is large are those whose
+//! period is a few steps. A gain is reported where even the lowest is above the previous energy by
+//! more than a tenth of the kinetic and elastic energy, both of that sample and of the time before.
+//! It must also be more than rounding can have added. A tenth, because energy that passes from slow
+//! modes to fast ones does raise the measured value. It does so by h² w² / 8 on average, 6 % where
+//! a mode at a third of its stable step takes all.
 //!
 //! The method books supplied energy by its own quadrature, so a tenth of that since the reference
-//! is allowed as well, and a hundredth of all.
-//! The reference follows the energy down, never up, so a gain after long damping shows as well. The
-//! net energy that obstacles have added by their own account, see [`Simulation::contacts`], is
-//! checked separately, since dampers may dissipate it at once: it adds up from the start, and is
-//! compared with the most that was in motion since then.
+//! is allowed as well, and a hundredth of all. The reference follows the energy down, never up, so
+//! a gain after long damping shows as well. The net energy that obstacles have added by their own
+//! account, see [`Simulation::contacts`], is checked separately, since dampers may dissipate it at
+//! once. It adds up from the start, and is compared with the most that was in motion since then.
 //!
-//! What dampers dissipate as fast as it is added shows in the balance alone: [`Energy::total`],
-//! which only an error of the method changes, see [`Witness::imbalance`]. A rise by more than a
-//! tenth of the most that was in motion is told apart, see [`Witness::surplus`]: it says that the
-//! balance is wrong. The motion need not be, as at long steps the work of dampers is booked
-//! coarsely. A fall by as much, see [`Witness::loss`], is energy that nothing took: a bounce that
-//! returns too little, or the damping that a method such as backward Euler has by design. It counts
-//! where it lasts for a window of samples, wherever that begins, and so does a lasting rise, see
-//! [`Witness::rise`]. Methods under which the energy of a mode does not swing, such as RK4, have no
-//! excuse for a change that comes and goes: there four samples are enough.
+//! Energy that dampers dissipate as fast as it is added shows in the balance alone:
+//! [`Energy::total`], which only an error of the method changes, see [`Witness::imbalance`]. A rise
+//! by more than a tenth of the most that was in motion is reported separately, see
+//! [`Witness::surplus`]: it says that the balance is wrong. The motion need not be, as at long
+//! steps the work of dampers is booked coarsely. A fall by as much, see [`Witness::loss`], is
+//! energy that nothing took: a bounce that returns too little, or the damping that a method such as
+//! backward Euler has by design. It counts where it lasts for a window of samples, wherever that
+//! begins, and so does a lasting rise, see [`Witness::rise`]. Methods under which the energy of a
+//! mode does not swing, such as RK4, have no excuse for a change that comes and goes. There four
+//! samples are enough.
 //!
 //! The detector sees no gain before the second window, and before the end of the first such a rise
-//! only where it is half of what is in motion.
+//! only where it is half of the energy in motion.
 
 use super::Simulation;
 use crate::energy::Energy;
@@ -43,27 +43,27 @@ use crate::number::Real;
 
 /// Samples in a window.
 const WINDOW: u32 = 16;
-/// Samples before which nothing is judged: what starts at rest has moved for so few substeps that a
-/// method of first order is off by much of its energy.
+/// Samples before which nothing is judged. A body that starts at rest has moved for so few substeps
+/// that a method of first order is off by much of its energy.
 const EARLY: u32 = 4;
 /// Samples for which a change of the balance must last where modes do not swing: an impact is
 /// booked within a few.
 const BRIEF: usize = 4;
 /// The part of the kinetic and elastic energy that may come and go with the modes.
 const FRACTION: f64 = 0.1;
-/// The part of what was supplied in all by which it may be booked wrongly, and come back.
+/// The part of all supplied energy by which it may be booked wrongly, and come back.
 const BOOKED: f64 = 0.01;
 
 /// The part of the largest kinetic and elastic energy so far below which the kinetic energy is that
 /// of a body at rest.
 const REST: f64 = 1e-6;
 
-/// The part of the largest kinetic and elastic energy so far below which nothing is reported: the
+/// The part of the largest kinetic and elastic energy so far below which nothing is reported. The
 /// remainder of a motion that has died out is the error of the method, and comes and goes.
 const NOISE: f64 = 1e-7;
 
-/// How many times the root of the sum of their squares what rounding has added may be: roundings
-/// of different substeps have nothing in common, those of one may have all.
+/// Bound of the energy that rounding has added, as a multiple of the root of the sum of squares.
+/// Roundings of different substeps are uncorrelated, those of one may be fully correlated.
 const ROUNDINGS: f64 = 4.0;
 
 /// Watches the energy of one run.
@@ -77,9 +77,9 @@ pub struct Witness {
     most: f64,
     /// The energy that rounding can have added since the reference was found, joules.
     rounding: f64,
-    /// The energy that obstacles have added in all, less what they dissipated, joules.
+    /// The energy that obstacles have added in all, less that dissipated by them, joules.
     fed: f64,
-    /// What was supplied: at the first sample, at the reference, and now, joules.
+    /// Energy supplied: at the first sample, at the reference, and at the current one, joules.
     supplied: [f64; 3],
     /// The step of the last look.
     seen: u64,
@@ -95,20 +95,21 @@ pub struct Witness {
 struct Balance {
     /// The total of the last sample, joules.
     last: Option<f64>,
-    /// Since the first sample, joules: now, and at the end of the last window.
+    /// Since the first sample, joules: at the current one, and at the end of the last window.
     change: f64,
     settled: f64,
-    /// The changes of the last samples, in a ring, and how many there were; at rest the last
-    /// change in motion.
+    /// The changes of the last samples, in a ring, and their number; at rest the last change in
+    /// motion.
     recent: [f64; WINDOW as usize],
     count: usize,
     /// Whether the energy of a mode keeps from swinging, by the method.
     is_steady: bool,
     /// The largest kinetic energy of this window, joules.
     kinetic: f64,
-    /// What rounding can have added since the first sample, joules, where all of it has one sign.
+    /// Most energy that rounding can have added since the first sample, joules, if all of it has
+    /// one sign.
     rounding: f64,
-    /// The sum of the squares of what it can have added in each substep, square joules.
+    /// The sum of the squares of its possible additions in each substep, square joules.
     squares: f64,
 }
 
@@ -128,8 +129,8 @@ impl Balance {
         self.kinetic = self.kinetic.max(energy.kinetic);
     }
 
-    /// Ends a window; what adds up in a body at rest is left out, as there methods book falls
-    /// within a substep, which take nothing.
+    /// Ends a window. Sums in a body at rest are left out, as there methods book falls within a
+    /// substep, which take nothing.
     fn settle(&mut self, most: f64) {
         if self.kinetic <= REST * most {
             self.change = self.settled;
@@ -137,7 +138,7 @@ impl Balance {
         (self.settled, self.kinetic) = (self.change, 0.0);
     }
 
-    /// What rounding may have added to the change, joules.
+    /// The part of the change that rounding may have added, joules.
     fn noise(&self) -> f64 {
         ROUNDINGS * self.squares.sqrt()
     }
@@ -186,7 +187,7 @@ impl Witness {
         if simulation.is_handled() {
             self.restart();
         } else {
-            // A substep adds no more than one rounding of everything, whatever their signs.
+            // A substep adds at most one rounding of everything, whatever their signs.
             let substeps = f64::from(simulation.settings().substeps);
             let steps = simulation.steps().saturating_sub(self.seen);
             let steps = if self.reference.is_none() { 0 } else { steps };
@@ -250,7 +251,7 @@ impl Witness {
         let driven = FRACTION * (supplied - at_reference) + BOOKED * (supplied - first);
         let allowed = FRACTION * swinging + driven + NOISE * self.most + self.rounding;
         let gained = lowest - reference;
-        // Dampers may dissipate what contact adds, so that is checked separately.
+        // Dampers may dissipate the energy that contact adds, so that is checked separately.
         let is_fed = self.at_stake() + self.balance.rounding < self.fed;
         let gained = if is_fed { Real::max(gained, self.fed) } else { gained };
         self.gain = if is_fed || allowed < gained { gained } else { 0.0 };
@@ -267,13 +268,13 @@ impl Witness {
         *self = Witness::default();
     }
 
-    /// The change of [`Energy::total`] since the first sample or the last restart, joules, less
-    /// what added up in a body at rest: the error of the method in the balance of the energy.
+    /// The change of [`Energy::total`] since the first sample or the last restart, joules, less the
+    /// sums in a body at rest. It is the error of the method in the balance of the energy.
     pub fn imbalance(&self) -> f64 {
         self.balance.change
     }
 
-    /// The part of the most kinetic and elastic energy so far, and of what was supplied, that
+    /// The part of the most kinetic and elastic energy so far, and of the supplied energy, that
     /// errors of the balance may reach, joules.
     fn at_stake(&self) -> f64 {
         let [first, _, supplied] = self.supplied;
@@ -281,8 +282,8 @@ impl Witness {
     }
 
     /// That change where it is a fall that lasts, by more than rounding and a tenth of the most
-    /// kinetic and elastic energy so far, joules, as a positive number: energy that nothing took by
-    /// any account. Else 0.
+    /// kinetic and elastic energy so far, joules, as a positive number. It is energy that nothing
+    /// took by any account. Else 0.
     pub fn loss(&self) -> f64 {
         self.loss
     }
@@ -293,8 +294,8 @@ impl Witness {
     }
 
     /// That change where it is a rise by more than rounding and a tenth of the most kinetic and
-    /// elastic energy so far, joules; before the end of the first window by more than half of it.
-    /// Else 0.
+    /// elastic energy so far, joules. Before the end of the first window it is a rise by more than
+    /// half of it. Else 0.
     pub fn surplus(&self) -> f64 {
         let change = self.balance.change;
         let allowed = match self.most {

@@ -1,8 +1,8 @@
 //! The limit of explicit Euler where dampers do not go with the stiffness of their springs.
 //!
 //! A motion v, fast or slow, stays bounded up to h = vᵀDv / vᵀKv. Where damping goes with stiffness
-//! that is the same for all; elsewhere any motion may be the first to grow, and the fastest ones do
-//! not show it. So the method itself is run, about the state, from a rough motion: the one that
+//! that is the same for all. Elsewhere any motion may be the first to grow, and the fastest ones do
+//! not show it. So the method itself is run, about the state, from a rough motion. The one that
 //! grows first takes over (power iteration; von Mises and Pollaczek-Geiringer, 1929), and its
 //! quotient is the limit.
 
@@ -20,7 +20,7 @@ const SUBSTEPS: usize = 2000;
 const MOST_PRODUCTS: usize = 20_000_000;
 /// Two limits as close as this are one.
 const CLOSE: f64 = 1e-3;
-/// Substeps between two divisions by the length: what is stable alone does not grow much in them.
+/// Substeps between two divisions by the length: a stable motion does not grow much in them.
 const AT_ONCE: usize = 16;
 
 /// The search for the limit of all motions, in pieces. Its columns are allocated once.
@@ -30,10 +30,10 @@ pub(crate) struct Search {
     /// masses.
     velocities: Vec<DVec3>,
     pulls: Vec<DVec3>,
-    /// The limit of the fastest motion, and what was found so far, seconds.
+    /// The limit of the fastest motion, and that found so far, seconds.
     fastest: f64,
     limit: f64,
-    /// Runs that were made, and of the present one the substeps that were taken, of how many.
+    /// Runs that were made, and of the current one the substeps taken and their total.
     runs: usize,
     taken: usize,
     substeps: usize,
@@ -77,7 +77,8 @@ impl Search {
         }
         let found = self.sums[1] / self.sums[0];
         (self.taken, self.sums) = (0, [0.0; 2]);
-        // What buckles, or is driven by its velocity, grows at any step: that is no limit.
+        // A motion that buckles, or is driven by its velocity, grows at any step: that is not a
+        // limit.
         let is_limit = 0.0 < found && found.is_finite();
         if !is_limit {
             return Some(self.limit);

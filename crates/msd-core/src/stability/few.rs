@@ -11,7 +11,7 @@ use crate::number::Real;
 /// The region of a method and the substeps of a step.
 pub(crate) type How = (Region, u32);
 
-/// How many motions are taken together: those that symplectic Euler fails by first,
+/// Number of motions that are taken together: those that symplectic Euler fails by first,
 const FIRST: usize = 6;
 /// the stiffest ones
 const STIFFEST: usize = 3;
@@ -47,9 +47,9 @@ pub(crate) struct Few {
 }
 
 impl Few {
-    /// The first of `motions` of a basis; where there is damping also its stiffest and its most
-    /// damped one, for not every method fails by the same, and near the limit of Verlet with one
-    /// substep per step those that fail by it.
+    /// The first of `motions` of a basis. Where there is damping, they include its stiffest and its
+    /// most damped one, for not every method fails by the same, and near the limit of Verlet with
+    /// one substep per step those that fail by it.
     pub(crate) fn new(mut motions: Matrix, basis: &Basis, single_step: Option<f64>) -> Self {
         let used = basis.stiffness.size;
         motions.size = FIRST.min(used);
@@ -79,7 +79,7 @@ impl Few {
                 self.damping.rows[a][b] = basis.damping.between(u, v);
             }
         }
-        // A compressed state buckles at any step, as it would without steps: that is no limit.
+        // A compressed state buckles at any step, as it would without steps: that is not a limit.
         self.stiffness = self.stiffness.above(STILL);
         // Nor is a motion that a user-defined element drives by its velocity.
         if 0.0 < self.damping.norm() {

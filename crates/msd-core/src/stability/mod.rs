@@ -2,7 +2,7 @@
 //!
 //! The fastest motions of a system are found without a matrix and compared with the [`Region`] of a
 //! method. Where damping couples motions - dampers that do not go with the stiffness of their
-//! springs - no single oscillator decides: then a step of the method is taken on the few fastest
+//! springs - no single oscillator decides. Then a step of the method is taken on the few fastest
 //! motions together, as a matrix, and its powers show whether anything grows. For symplectic Euler
 //! the answer is exact in general: bounded while h²/4 K + h/2 D < M.
 
@@ -44,7 +44,7 @@ const MOST_SLOWEST: usize = 5;
 /// there are user-defined elements.
 ///
 /// A prediction takes some 40 products with stiffness and damping, each about two evaluations of
-/// the forces; an element without products of its own is evaluated four times for each. Contact
+/// the forces. An element without products of its own is evaluated four times for each. Contact
 /// adds no stiffness here: obstacles move particles instead of pushing them.
 #[derive(Clone, Debug, Default)]
 pub struct Estimator {
@@ -54,9 +54,9 @@ pub struct Estimator {
     sums: Vec<Mode>,
     /// Stiffness and damping of some elements at each particle.
     rows: Vec<[f64; 2]>,
-    /// How much of each particle is in a rough vector.
+    /// Weight of each particle in a rough vector.
     weights: Vec<f64>,
-    /// How far a prediction in pieces is, and the motions that it resolves.
+    /// Progress of a prediction in pieces, and the motions that it resolves.
     phase: Phase,
     few: Box<Few>,
     euler: euler::Search,
@@ -107,8 +107,8 @@ pub(crate) fn fastest_motion<R: Real>(
     motion
 }
 
-/// A substep that is stable about every state in which no spring is compressed to nothing, seconds:
-/// from sums over springs alone (after Gershgorin, 1931), two to four times shorter than
+/// A substep that is stable about every state in which no spring is compressed to nothing, seconds.
+/// It comes from sums over springs alone (after Gershgorin, 1931), two to four times shorter than
 /// [`Estimator::limit`]; 0 for explicit Euler, for which such sums give no bound.
 ///
 /// A spring adds at most its k (1/m_a + 1/m_b) to any motion; all springs of a particle at once add

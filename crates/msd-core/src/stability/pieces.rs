@@ -14,7 +14,7 @@ const START: f64 = 0.93;
 /// The most times that the motion that grows first is added to those.
 const ROUNDS: usize = 5;
 
-/// How far a prediction is.
+/// Progress of a prediction.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Phase {
     /// The basis is made; nothing before it begins.
@@ -25,7 +25,7 @@ pub(super) enum Phase {
     Running,
 }
 
-/// How far a basis is.
+/// Progress of a basis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Growth {
     /// The limit that is expected, seconds.
@@ -48,13 +48,13 @@ impl Estimator {
     }
 
     /// Predicts the largest stable substep about a state, seconds: 0 where none is stable, infinite
-    /// where every one is; that of Dormand-Prince is where stability rather than its tolerance
+    /// where every one is. That of Dormand-Prince is where stability rather than its tolerance
     /// would set its step.
     ///
-    /// Within 0.5 % of what is observed, tested; 2 % for explicit Euler with damping that does not
-    /// go with stiffness, whose limit large systems may miss by more. Strongly damped bends that
-    /// are straight count as damped in all directions, so that the true limit may be longer by a
-    /// third.
+    /// Within 0.5 % of the observed limit, tested; 2 % for explicit Euler with damping that does
+    /// not go with stiffness, whose limit large systems may miss by more. Strongly damped bends
+    /// that are straight count as damped in all directions, so that the true limit may be longer by
+    /// a third.
     pub(crate) fn limit<R: Real>(
         &mut self,
         about: (&Model<R>, &Columns<R>),

@@ -13,7 +13,7 @@
 //! * Symplectic Euler has trace 2 − W − Z and determinant 1 − Z: an eigenvalue leaves through −1,
 //!   where W/4 + Z/2 = 1.
 //! * Velocity Verlet is the same without damping. With it the first substep of a step knows one
-//!   acceleration and the others two, so that the limit depends on the number of substeps; the
+//!   acceleration and the others two, so that the limit depends on the number of substeps. The
 //!   matrix of a whole step decides.
 //!
 //! Implicit methods and XPBD keep every oscillator bounded at any step.
@@ -191,8 +191,8 @@ fn verlet(substeps: u32, w: f64, z: f64) -> [[f64; 2]; 2] {
     [[a, b], [c, d]]
 }
 
-/// The first substep that is not stable, by growing steps from one that should be, then by
-/// `rounds` of bisection: 0 where none is stable, infinite where even very long ones are; the start
+/// The first substep that is not stable, by growing steps from one that should be, then by `rounds`
+/// of bisection. It is 0 where none is stable, infinite where even very long ones are; the start
 /// itself where it is one of these.
 pub(crate) fn first_unstable(
     start: f64,

@@ -2,8 +2,8 @@
 //!
 //! Near a state a system is M x'' + D x' + K x = 0. A few orthonormal vectors are made of products
 //! with M^(−1/2) (h²/4 K + h/2 D) M^(−1/2) (Lanczos, 1950). Between them stiffness and damping are
-//! small matrices, and the fastest motions of the small system are those of the large one, from
-//! below: within 0.3 % after 30 vectors, however large a lattice.
+//! small matrices. The fastest motions of the small system are those of the large one, from below:
+//! within 0.3 % after 30 vectors, however large a lattice.
 
 use super::dense::{MOST, Matrix};
 use crate::elements::{Derivatives, Motion, Products};
@@ -65,7 +65,7 @@ pub(crate) struct Basis {
 
 impl Basis {
     /// Begins anew about the state that it is prepared for with a rough vector, weighted by
-    /// particle: a fast motion of a few particles must not be lost among those of all.
+    /// particle. A fast motion of a few particles must not be lost among those of all.
     pub(crate) fn begin<R: Real>(&mut self, point: &OperatingPoint<'_, R>, weights: &[f64]) {
         (self.stiffness.size, self.damping.size) = (0, 0);
         self.products.iter_mut().for_each(Vec::clear);

@@ -10,13 +10,13 @@ use crate::system::Columns;
 use alloc::vec::Vec;
 use glam::{DMat3, DVec3};
 
-/// How much of a step before its end a guide ends: times are products of floating point.
+/// The part of a step by which a guide ends before its end: times are products of floating point.
 const EARLY: f64 = 1e-6;
-/// The substeps between two key frames from which on methods book the work between them well: the
+/// The substeps between two key frames from which on methods book the work between them well. The
 /// error of a trapezoid is a sixteenth of it there, less than the watch over the energy allows.
 const LEG: f64 = 4.0;
 
-/// The guides of a model, each with whether it guides now.
+/// The guides of a model, each with a flag: whether it currently guides.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Guides(pub(crate) Vec<(Guide, bool)>);
 
@@ -86,7 +86,7 @@ impl Guides {
     }
 }
 
-/// The motion of what a guide follows.
+/// The motion that a guide follows.
 fn route<'a>(guide: &'a Guide, solids: &'a [Solid]) -> Route<'a> {
     match &guide.lead {
         Lead::Solid(solid) => Route::of(&solids[*solid]),

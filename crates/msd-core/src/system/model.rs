@@ -43,7 +43,7 @@ pub struct Model<R: Real> {
     /// The same in the order of slots: a mass for each, and its reciprocal three times.
     pub(crate) mass_column: Aligned<R>,
     pub(crate) inverse_mass_column: Aligned<R>,
-    /// The slots of pins that were not removed, and what guides some of them.
+    /// The slots of pins that were not removed, and the guides of some of them.
     pins: Vec<usize>,
     pub(crate) guides: Guides,
     /// Radii against obstacles, metres: of each slot, empty where none counts, and the largest.
@@ -240,7 +240,7 @@ impl<R: Real> Model<R> {
         kinds.into_iter().for_each(|kind| change(kind, slots));
     }
 
-    /// What the laws of forces depend on at a motion.
+    /// The inputs of the laws of forces at a motion.
     pub(crate) fn moment<'a>(&'a self, level: Level, motion: Motion<'a, R>) -> Moment<'a, R> {
         Moment { level, motion }
     }
@@ -506,7 +506,7 @@ impl<R: Real> Model<R> {
         &self.volumes
     }
 
-    /// What the rows of shells depend on at a time, beside positions and velocities.
+    /// The inputs of the rows of shells at a time, beside positions and velocities.
     pub(crate) fn shells_at(&self, level: Level, time: f64) -> At<'_, R> {
         let Model { shells, obstacles, inverse_mass_column, .. } = self;
         At { level, shells, obstacles, inverse_masses: inverse_mass_column, time }
@@ -537,7 +537,7 @@ impl<R: Real> Model<R> {
         &self.obstacles
     }
 
-    /// What guides pinned particles now.
+    /// The current guides of pinned particles.
     pub fn guides(&self) -> impl Iterator<Item = &Guide> {
         self.guides.0.iter().filter(|(_, guides)| *guides).map(|(guide, _)| guide)
     }
@@ -568,7 +568,7 @@ impl<R: Real> Model<R> {
     }
 
     /// Size of the largest body at the start of the scene, metres: the diagonal of the box around
-    /// it; where that is 0 the longest rest length, and 1 where that is 0 too. Errors and
+    /// it. Where that is 0 it is the longest rest length, and 1 where that is 0 too. Errors and
     /// tolerances are given as fractions of it.
     pub fn size(&self) -> f64 {
         self.size

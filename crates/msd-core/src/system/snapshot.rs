@@ -44,7 +44,7 @@ pub struct Snapshot<'a, R: Real> {
 }
 
 impl<'a, R: Real> Snapshot<'a, R> {
-    /// Borrows what a renderer needs.
+    /// Borrows the columns that a renderer needs.
     pub(crate) fn new(model: &'a Model<R>, state: &'a Columns<R>, time: f64) -> Self {
         Snapshot {
             slots: &model.slots,

@@ -209,7 +209,7 @@ fn energy_taken_and_given_balances_within_the_error_of_the_method() {
     };
     let [coarse, fine] = [16, 32].map(|substeps| drift(Integrator::VelocityVerlet, substeps));
     assert!(fine < 0.3 * coarse && fine < 4e-3, "of second order: {coarse} {fine}");
-    // Conserves quadratic energies; what is left is the tolerance of its solves.
+    // Conserves quadratic energies; the remainder is the tolerance of its solves.
     assert!(drift(Integrator::ImplicitMidpoint, 32) < 1e-3);
     assert!(drift(Integrator::Rk4, 32) < 1e-5);
     // It books power that drives by the trapezoidal rule.

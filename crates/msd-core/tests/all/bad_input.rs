@@ -11,7 +11,7 @@ use std::ops::Range;
 const NAN: f64 = f64::NAN;
 const INF: f64 = f64::INFINITY;
 
-/// A change to what is valid.
+/// A change to valid rows.
 type Change<T> = fn(&mut T);
 
 const PLANE: Plane =
@@ -21,7 +21,7 @@ fn body(particles: Range<usize>) -> Body {
     Body { particles, ..Body::default() }
 }
 
-/// What single precision refuses, and in which words.
+/// Scenes that single precision refuses, and its messages.
 const ROWS: [(Change<Scene>, &str); 30] = [
     (|s| s.particles[1].mass = 0.0, "mass of particle 1 is 0; it must be positive and finite"),
     (|s| s.particles[1].mass = -1.0, "mass of particle 1 is -1; it must be positive and finite"),
@@ -124,7 +124,7 @@ const ROWS: [(Change<Scene>, &str); 30] = [
     ),
 ];
 
-/// What is refused of the settings, and in which words.
+/// Settings that are refused, and the messages.
 const SETTINGS: [(Change<Settings>, &str); 8] = [
     (|s| s.step = 0.0, "step of setting 0 is 0; it must be positive, finite and at most 1e6 s"),
     (|s| s.step = -1.0, "step of setting 0 is -1; it must be positive, finite and at most 1e6 s"),
@@ -348,7 +348,7 @@ fn a_count_of_steps_that_is_not_exact_as_a_number_is_refused() {
     assert!(simulation.progress() == before);
 }
 
-/// What single precision cannot hold, and what is told.
+/// Scenes that single precision cannot hold, and the messages.
 const TOO_LARGE: [(Change<Scene>, &str); 5] = [
     (
         |s| s.springs[0].rest_length = 1e300,

@@ -126,7 +126,7 @@ fn roll(part: &mut Part, curvature: f64, angle: f64) {
 fn a_cylinder_stores_half_its_stiffness_times_curvature_squared_by_direction() {
     let [rows, columns] = [13, 17];
     let area = SPACING * SPACING;
-    // The area for which the lines along rows, along columns and the cells stand: there is no bend
+    // The area for which the lines along rows, along columns and the cells stand. There is no bend
     // about the free ends of a line, which have no moment either.
     let areas =
         [(rows - 2) * (columns - 1), (rows - 1) * (columns - 2), (rows - 1) * (columns - 1)]
@@ -216,7 +216,7 @@ fn a_clamped_rope_sags_by_its_weight_over_its_bending_stiffness_of_second_order(
     });
     assert!(errors[2].abs() < 2e-3, "{errors:?}");
     for pair in errors.windows(2) {
-        // Of fourth order 16 % of what is left at 12 particles.
+        // Of fourth order 16 % of the remainder at 12 particles.
         assert!((pair[0] / pair[1] - 4.0).abs() < 0.7, "{errors:?}");
     }
 }
@@ -260,8 +260,8 @@ fn the_cantilever_test_of_fabrics_returns_the_bending_stiffness() {
 }
 
 /// A strip cut on the bias, its long side along x: the particles of a sheet that are near its
-/// diagonal, and what joins them. Its ends are straight; the particles of the last one stand for
-/// half of a column.
+/// diagonal, and the elements that join them. Its ends are straight; the particles of the last one
+/// stand for half of a column.
 fn bias_strip(length: usize, half: usize, substance: &Substance) -> Part {
     let sheet = shape::body([length, length, 1], SPACING, substance).expect("a sheet");
     let column = |particle: usize| particle % length + particle / length;

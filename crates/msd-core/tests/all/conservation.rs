@@ -67,7 +67,7 @@ fn momentum_is_kept_to_rounding_without_outside_forces() {
         // Each of 27 particles rounds velocities of about 5 m/s once per step and stage.
         let rounding = 27.0 * 5.0 * f64::EPSILON * f64::from(steps) * 4.0;
         assert!((after.linear - before.linear).length() < rounding, "{integrator}");
-        // Forces along springs have no torque at one instant; methods that evaluate forces at the
+        // Forces along springs have no torque at one instant. Methods that evaluate forces at the
         // positions they kick at keep angular momentum too, at arms of about 5 m.
         let exact = [Integrator::SymplecticEuler, Integrator::VelocityVerlet];
         let turned = (after.angular - before.angular).length();
@@ -103,7 +103,7 @@ fn what_the_dampers_take_is_what_the_motion_loses() {
             (after.total() - before.total()).abs()
         };
         // The ledger converges at least at the order of the method: halving h twice divides the
-        // imbalance by 4^order; allow a fifth of that for terms of higher order.
+        // imbalance by 4^order. A fifth of that is allowed for terms of higher order.
         let coarse = imbalance(coarsest(integrator));
         let fine = imbalance(coarsest(integrator) / 4.0);
         let factor = 0.8 * 4f64.powi(integrator.order() as i32);
@@ -130,8 +130,8 @@ fn a_body_that_lies_on_the_floor_dissipates_nothing() {
             let before = simulation.energy();
             (0..600).for_each(|_| simulation.step().unwrap());
             let after = simulation.energy();
-            // Each substep its lowest layer falls and is moved back. Counting what the floor and
-            // the dampers do in that would book some 3 J per second for nothing. What is left is
+            // Each substep its lowest layer falls and is moved back. Counting the work of the floor
+            // and the dampers in that would book some 3 J per second for nothing. The residual is
             // the change of the force within a substep, (h w)² of that: 0.03 with w² = 7 k / m.
             let taken = (after.dissipated - before.dissipated).abs();
             assert!(taken < 0.03 * 30.0, "{integrator}, {friction:?}: {taken} J in 10 s");
@@ -424,15 +424,15 @@ fn change_of_a_pressed_particle(start: f64, damping: f64, settings: Settings) ->
     (run.energy().total() - before) / before
 }
 
-/// The floor takes what is left of the energy, and not what the spring holds where the substep
-/// ended below it: at most (h w)² of all.
+/// The floor takes the rest of the energy, but not the energy of the spring where the substep ended
+/// below it: at most (h w)² of all.
 #[test]
 fn a_spring_that_presses_onto_a_floor_keeps_no_energy_of_below_it() {
     let integrator = Integrator::VelocityVerlet;
     let settings = Settings { integrator, substeps: 2, ..Settings::default() };
     // The energy that the method keeps is less than the real one by this part of the elastic.
     let kept = settings.substep().powi(2) * 100.0 / 0.3 * 0.25;
-    // A damper too small to tell: the method predicts velocities for it.
+    // A damper too small to notice: the method predicts velocities for it.
     for damping in [0.0, 1e-9] {
         for start in 0..20 {
             let start = 0.3 + 0.01 * f64::from(start);

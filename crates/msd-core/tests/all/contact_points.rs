@@ -1,4 +1,4 @@
-//! Contact points on springs: which springs have them. What they do: `contact/`.
+//! Contact points on springs: which springs have them. `contact/` tests their effect.
 
 use msd_core::glam::{DMat3, DVec3};
 use msd_core::scene::solid::rotation;

@@ -113,9 +113,9 @@ fn an_oscillator_follows_its_closed_form() {
         let done = run::<f64>(&scene, (1.0, 3), tolerance);
         let [a, b] = [0, 1].map(|particle| done.position(particle));
         let error = ((b - a).length() - 1.0 - stretch).abs();
-        // The stretch is a tenth of the size, and damps what went wrong before.
+        // The stretch is a tenth of the size, and damps earlier errors.
         assert!(error <= 3.0 * tolerance, "{tolerance}: {error}");
-        // What the damper took is an integral by the same weights.
+        // The energy that the damper took is an integral by the same weights.
         let energy = done.energy();
         let lost = 0.5 * 100.0 * 0.1 * 0.1 - (energy.kinetic + energy.elastic);
         // The damper takes 2 v² watts for a second, v from 1 m/s, off by tolerance / h, h < 0.1 s.
@@ -180,8 +180,8 @@ fn a_bouncing_ball_follows_its_closed_form_and_comes_to_rest_on_the_plane() {
                     ball.step().unwrap();
                     let found = ball.position(0).y;
                     let error = (found - height(restitution, ball.time())).abs();
-                    // An impact is located within a hundredth of the tolerance; what a bounce of
-                    // speed v shifts in time, the ones after it multiply by up to their number.
+                    // An impact is located within a hundredth of the tolerance. Later bounces
+                    // multiply the time shift of a bounce of speed v by up to their number.
                     assert!(error <= tolerance, "{restitution}, {tolerance}: {error}");
                 }
                 if restitution < 0.9 {
@@ -292,7 +292,7 @@ fn a_body_comes_to_rest_on_a_plane_and_does_not_creep() {
         for _ in 0..10 {
             block.step().unwrap();
         }
-        // What is left is an oscillation that the dampers take.
+        // The residual is an oscillation that the dampers take.
         assert!(distance(&block.state(), &before) < 1e-8);
         // Dampers limit the substep to some 10 ms; nothing is located any more.
         let now = block.work().unwrap();
@@ -483,7 +483,7 @@ fn a_step_that_takes_more_evaluations_than_it_may_fails_and_keeps_the_state() {
     assert_eq!((most, step, block.steps()), (50, 1, 0));
     assert!((0.0..1.0).contains(&done) && error.is_of_step(), "{error}");
     assert_eq!(block.state(), before);
-    // The bound, and what the last attempt took beyond it.
+    // The bound, and the excess of the last attempt.
     assert!(block.work().unwrap().evaluations <= 50 + 8);
     // A bound that is not reached changes no bit.
     block.set_most_evaluations(10_000_000);

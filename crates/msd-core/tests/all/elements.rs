@@ -117,7 +117,7 @@ fn an_element_of_a_callers_own_passes_the_checks_it_should_and_no_other() {
     assert!(testing::check_reaction(&Bowl, &state).is_err());
 }
 
-/// A wrong element: its energy is half of what its forces say.
+/// A wrong element: its energy is half of that of its forces.
 #[derive(Debug)]
 struct Wrong;
 
@@ -226,7 +226,8 @@ impl<R: Real> Element<R> for Well {
     }
 }
 
-/// Kinetic energy that comes out of an element is no gain, but for explicit Euler's own.
+/// Kinetic energy that comes out of an element does not count as a gain, but for explicit Euler's
+/// own.
 #[test]
 fn what_a_conservative_element_gives_back_is_no_gain_of_the_integrator() {
     let mut scene = two_masses([1.0, 1.0], 50.0, 0.0, 0.1);
@@ -281,7 +282,7 @@ fn obstacles_pass_their_check() {
 }
 
 /// A particle slides off a smooth sphere where cos = 2/3, under every method that is accurate
-/// enough to tell; no method lets it in.
+/// enough to show it; no method lets it in.
 #[test]
 fn a_particle_leaves_a_sphere_at_two_thirds_of_its_height() {
     #[derive(Debug)]
@@ -349,8 +350,8 @@ impl<R: Real> Obstacle<R> for Asked {
     }
 }
 
-/// Pinned particles, inside and outside, and the empty lanes of a record, which are at the origin,
-/// are none of an obstacle's business.
+/// An obstacle ignores pinned particles, inside and outside, and the empty lanes of a record, which
+/// are at the origin.
 #[test]
 fn an_obstacle_is_asked_about_moving_particles_alone() {
     // 19 particles: a record and three lanes of another.

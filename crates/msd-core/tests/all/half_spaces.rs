@@ -1,4 +1,4 @@
-//! Half spaces: their normals, moved by an interaction, and refused. What they do: `contact/`.
+//! Half spaces: their normals, moved by an interaction, and refused. `contact/` tests their effect.
 
 use crate::common::Random;
 use msd_core::glam::DVec3;
@@ -36,8 +36,8 @@ fn the_normal_is_the_gradient_of_the_gap_still_and_moving() {
     assert_eq!(testing::check_obstacle(&solid, &points, 1.7), Ok(()));
 }
 
-/// It has no end: what falls nearly a thousand kilometres from its middle lies on it too, in both
-/// precisions, and an interaction moves it as any solid.
+/// It has no end: a particle that falls nearly a thousand kilometres from its middle lies on it
+/// too, in both precisions. An interaction moves it as any solid.
 #[test]
 fn it_has_no_end_and_is_moved_by_an_interaction() {
     fn falls<R: Real>() {

@@ -55,7 +55,7 @@ impl Patch {
         sides.values().filter_map(pair).collect()
     }
 
-    /// Its hinges, where it is at rest as it is rolled up to a cylinder.
+    /// Its hinges, where it is at rest rolled up to a cylinder.
     fn hinges(&self, roll: Roll) -> Vec<Bend> {
         let at = |[a, b, c, d]: [usize; 4]| [a, b, c, d].map(|end| roll.of(self.points[end]));
         let hinge = |pair| Bend::hinge(pair, at(pair), BENDING).expect("triangles");
@@ -85,7 +85,7 @@ impl Patch {
     }
 }
 
-/// What rolls a flat sheet up to a cylinder of a curvature along a direction in it.
+/// The map that rolls a flat sheet up to a cylinder of a curvature along a direction in it.
 #[derive(Clone, Copy)]
 struct Roll {
     curvature: f64,
@@ -276,7 +276,7 @@ fn half_squares_are_up_to_three_times_as_stiff_along_their_diagonals() {
         let angle = f64::from(step) * std::f64::consts::PI / 12.0;
         let (sine, cosine) = angle.sin_cos();
         // Edges along the rows and columns turn by a (κ cos² + κ sin cos) and the like, diagonals
-        // by √2 a κ sin cos; see `Bend::hinge` for what that stores.
+        // by √2 a κ sin cos; see `Bend::hinge` for the energy of that.
         let expected = (sine + cosine).powi(2) + 4.0 * (sine * cosine).powi(2);
         let part = part_of_a_plate(false, angle, [3.0, 5.0]);
         assert!((part - expected).abs() < 0.01, "{angle}: {part}, not {expected}");

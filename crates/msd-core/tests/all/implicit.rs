@@ -83,7 +83,7 @@ fn an_oscillator_follows_the_amplification_of_each_method() {
     }
 }
 
-/// Five particles in a row without damping, the last pulled out: the scene `chain`, but by
+/// Five particles in a row without damping, the last pulled out. It is the scene `chain`, but by
 /// half as much, so that no spring is ever pressed through its own end.
 fn chain() -> Scene {
     let material = Material { mass: 1.0, stiffness: 10.0, damping: 0.0 };
@@ -137,8 +137,8 @@ fn momentum_is_kept_to_the_tolerance_of_the_solve() {
             simulation.step().unwrap();
         }
         let error = (simulation.momentum().linear - before.linear).length();
-        // The residual r of each solve is what is missing: |Σ r| ≤ √N |r|, and |r| is at most the
-        // tolerance times the impulse but for the spread of the blocks, a factor of below 2.
+        // The residual r of each solve is the missing impulse: |Σ r| ≤ √N |r|, and |r| is at most
+        // the tolerance times the impulse but for the spread of the blocks, a factor of below 2.
         let bound = 2.0 * tolerance * 27f64.sqrt() * impulses;
         assert!(error < bound, "{integrator}: {error} of {bound}");
     }
@@ -273,8 +273,8 @@ fn a_block_that_lies_on_the_floor_lies_still_in_balance() {
             // It lies still to rounding, and no energy is taken or given.
             assert!(distance(&simulation.state(), &state) < 1e-9, "{integrator}");
             assert!((simulation.dissipated() - dissipated).abs() < 1e-9);
-            // The same at any step: what is off the floor is in balance, what is on it presses with
-            // the weight of all and is held within the cone of friction. Rounding times stiffness.
+            // The same at any step. Particles off the floor are in balance, those on it press with
+            // the weight of all and are held within the cone of friction. Rounding times stiffness.
             let forces = forces_at(simulation.model(), &state);
             let mut pressed = 0.0;
             for (x, f) in state.positions.iter().zip(&forces) {
@@ -338,7 +338,7 @@ fn friction_holds_a_block_on_a_slope_below_its_angle_and_not_above() {
             (0..60).for_each(|_| simulation.step().unwrap());
             let slid = centre(&simulation).x - start;
             if holds {
-                // What is left of its sway: 0.1 mm of some 2 mm of shear.
+                // The rest of its sway: 0.1 mm of some 2 mm of shear.
                 assert!(slid.abs() < 1e-4, "{integrator}: {slid}");
             } else {
                 // g (sin − μ cos) t² / 2 from rest: 3 / 2 of it in the second second. The first

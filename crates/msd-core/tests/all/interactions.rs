@@ -371,7 +371,7 @@ fn a_uniform_force_accelerates_each_particle_by_its_own_mass_and_counts_as_energ
     for (particle, mass) in [(0, 1.0), (1, 4.0)] {
         assert!((pair.velocity(particle).z - 2.0 / mass * H).abs() < 1e-15);
     }
-    // Both start in the plane z = 0: what they gain in speed they lose in the field.
+    // Both start in the plane z = 0: they gain in speed the energy that they lose in the field.
     assert!((pair.energy().total() - before).abs() < 1e-15);
 }
 

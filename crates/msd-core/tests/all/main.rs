@@ -1,4 +1,4 @@
-//! The laws of the core, its methods, and what they promise. One binary: linking takes long.
+//! The laws of the core, its methods, and their guarantees. One binary: linking takes long.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! Thickness against obstacles that is set while a simulation runs. What it does: `contact/`.
+//! Thickness against obstacles that is set while a simulation runs. `contact/` tests its effect.
 
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Material, Plane, Scene, Settings, Shell, Simulation, shape};

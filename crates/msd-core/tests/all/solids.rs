@@ -1,4 +1,5 @@
-//! Solids of a shape: their surfaces, their motion and their refusals. What meets them: `contact/`.
+//! Solids of a shape: their surfaces, their motion and their refusals. `contact/` tests collisions
+//! with them.
 
 use crate::common::{Random, grid_of_ball};
 use msd_core::glam::{DMat3, DVec3};

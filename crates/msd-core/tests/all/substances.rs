@@ -50,10 +50,10 @@ fn linear_forces(part: &Part, displacement: impl Fn(DVec3) -> DVec3) -> Vec<DVec
 }
 
 /// Asserts that a uniform strain of a lattice meets, at every particle, the force of a uniform
-/// stress on what the particle has of the surface of the body: none inside.
+/// stress on the share of the particle in the surface of the body: none inside.
 ///
 /// Under shear a corner of a block has a force along the third axis too, as one space diagonal ends
-/// there and no other balances it; those of the eight corners balance one another.
+/// there and no other balances it. Those of the eight corners balance one another.
 fn passes_the_patch_test(part: &Part, size: [usize; 3], strain: DMat3, stress: DMat3) {
     let [rows, columns, stacks] = size;
     let half = DVec3::new(columns as f64 - 1.0, rows as f64 - 1.0, stacks as f64 - 1.0) * 0.5;
@@ -272,7 +272,7 @@ fn a_pulled_bar_relaxes_with_the_time_constant_of_its_substance() {
     }
 }
 
-/// What is left of the strain of a bar after its relaxation time.
+/// The part of the strain of a bar that is left after its relaxation time.
 fn left_of_a_pull(poisson: f64) -> f64 {
     let tau = 0.5;
     let elasticity = Elasticity::Solid { young: YOUNG, poisson };

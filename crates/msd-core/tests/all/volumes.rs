@@ -209,7 +209,7 @@ fn a_block_of_ratio_nought_that_falls_hard_has_no_negative_energy() {
         simulation.step().expect("a stable step");
         let energy = simulation.energy();
         assert!(0.0 <= energy.elastic, "{} J", energy.elastic);
-        // A tenth of what falls, m g 0.3 m: contact ends within a substep.
+        // A tenth of the energy of the fall, m g 0.3 m: contact ends within a substep.
         assert!((energy.total() - start).abs() < 0.1 * 64.0 * 9.81 * 0.3, "{}", energy.total());
     }
 }
@@ -296,7 +296,7 @@ fn every_method_converges_with_volumes_by_its_order() {
 
 #[test]
 fn methods_that_damp_bear_any_volumes() {
-    // The midpoint rule damps nothing by itself: what it does not resolve it does not bear either,
+    // The midpoint rule damps nothing by itself. It does not bear motions that it does not resolve,
     // as a volume is of third degree in positions.
     for integrator in [Integrator::BackwardEuler, Integrator::Xpbd] {
         for poisson in [0.0, 0.45] {

@@ -29,7 +29,7 @@ fn explicit_euler_without_damping_is_told() {
     let before = simulation.energy().total();
     let gain = told(&mut simulation, 200);
     let grown = simulation.energy().total() - before;
-    // At least what the lowest of the last window had: it grew by a sixth over a window, and the
+    // At least that of the lowest of the last window: it grew by a sixth over a window, and the
     // last may be one window old.
     assert!(0.5 * grown < gain && gain <= grown, "{gain} of {grown}");
 }
@@ -89,8 +89,8 @@ fn beyond_the_limit_it_is_told_before_the_run_leaves_the_world() {
     assert!(0.0 < told(&mut simulation, 100));
 }
 
-/// A floor that returns more energy than it took: a plane that rises faster than anything falls
-/// would do it; here the particle is thrown up at each landing, as by a faulty contact.
+/// A floor that returns more energy than it took. A plane that rises faster than anything falls
+/// would do it; here a faulty contact throws the particle up at each landing.
 #[test]
 fn a_contact_that_adds_energy_is_told() {
     let mut witness = Witness::default();
@@ -208,7 +208,7 @@ fn an_energy_that_is_no_number_is_an_infinite_gain() {
     assert_eq!(witness.gain(), 0.0);
 }
 
-/// A scene far away, falling on a floor: what must be moved.
+/// A scene far away, falling on a floor, which must be moved.
 fn on_a_slope() -> Scene {
     let particle =
         Particle { position: DVec3::new(0.25, 1.0, 0.5), velocity: DVec3::ZERO, mass: 1.0 };
@@ -254,7 +254,7 @@ fn a_scene_without_particles_or_with_a_plane_without_direction_is_moved_all_the_
 #[test]
 fn a_gain_that_dampers_dissipate_at_once_is_in_the_balance() {
     // The kinetic energy of a mass that a damper would stop is kept up by a faulty method: it stays
-    // as it was while the damper books its work.
+    // constant while the damper books its work.
     let mut witness = Witness::default();
     for sample in 0..512 {
         let dissipated = 0.01 * f64::from(sample);
@@ -295,8 +295,8 @@ fn a_particle_that_lies_still_gains_nothing_but_rounding() {
 
 #[test]
 fn rounding_about_the_middle_of_a_solid_is_no_gain() {
-    // A particle at the origin, whose own coordinates round by nothing, on solids that move later:
-    // it is put back onto their surfaces to the rounding of half a metre, and of a hundred.
+    // A particle at the origin, whose own coordinates round by nothing, on solids that move later.
+    // It is put back onto their surfaces to the rounding of half a metre, and of a hundred.
     let shapes = [Shape::Box { size: DVec3::new(2.0, 1.0, 2.0) }, Shape::Sphere { radius: 100.3 }];
     for (shape, height) in shapes.into_iter().zip([0.5, 100.3]) {
         let below = DVec3::Y * -height;
@@ -342,7 +342,7 @@ fn energy_that_nothing_took_is_a_loss_and_what_dampers_took_is_none() {
     // The highest of the last window, which begins at sample 144.
     assert!((decays(0.0) - 0.005 * 144.0).abs() < 1e-12, "{}", decays(0.0));
     assert_eq!(decays(1.0), 0.0);
-    // A tenth of what was in motion is allowed.
+    // A tenth of the energy in motion is allowed.
     assert_eq!(decays(0.9), 0.0);
 }
 
@@ -377,7 +377,7 @@ fn a_hundred_oscillators_that_gain_or_lose_energy_by_their_method_are_all_told()
         let mut run = simulation::<f64>(&scene, Integrator::ExplicitEuler, z / w);
         let witness = witnessed(&mut run, 159);
         assert!(0.0 < witness.gain() && 0.0 < witness.surplus(), "explicit Euler, h w = {z}");
-        // Its gain is at least what the lowest of the last window had, from sample 144 on.
+        // Its gain is at least that of the lowest of the last window, from sample 144 on.
         let grown = (1.0 + z * z).powi(144) - 1.0;
         let stored = 0.1 * 0.1 * scene.springs[0].stiffness / 2.0;
         assert!(grown < 1.01 * witness.gain() / stored, "{} of {grown}", witness.gain() / stored);
@@ -450,7 +450,8 @@ fn of_a_hundred_thrown_blocks_each_that_lacks_or_gains_energy_for_a_while_is_tol
             let is_wrong = 0.1 * most < lasting(sign);
             off[side] += usize::from(is_wrong);
             assert!(told[side] || !is_wrong, "{integrator}, {seed}: {} of {most}", lasting(sign));
-            // Nor is one told that is right to a twentieth: what a mode takes comes and goes.
+            // Nor is a run reported that is right to a twentieth: the energy that a mode takes
+            // comes and goes.
             assert!(!told[side] || 0.05 * most < lasting(sign), "{integrator}, {seed}: {told:?}");
         }
     }

@@ -125,8 +125,8 @@ fn it_does_not_explode_and_is_too_soft_by_what_one_pass_leaves() {
 
 #[test]
 fn a_hub_of_many_spokes_at_rest_gains_no_energy() {
-    // To and fro a sweep is symmetric, and every motion but that of the whole dies out: what is
-    // left is at most what there was at first. On the way a motion of n spokes stores more by as
+    // To and fro a sweep is symmetric, and every motion but that of the whole dies out: the
+    // remainder is at most the initial motion. On the way a motion of n spokes stores more by as
     // much as two sweeps are softer than the springs, which is less than k h² / m + 1 = 5.
     for spokes in [8, 16, 64] {
         let at = |spoke: usize| {

@@ -1,6 +1,6 @@
 //! Explicit methods and contact with planes in plain loops, as a measure of the fast ones.
 //!
-//! Particles meet one plane at a time: what is at several has the laws of `tests/contact/`.
+//! Particles meet one plane at a time: `tests/contact/` has the laws of those at several.
 
 use msd_core::elements::springs::Sum;
 use msd_core::elements::springs::law::pull;
@@ -286,7 +286,7 @@ fn met<R: Real>(
     (x, v): (R::Vec3, R::Vec3),
 ) -> ((R::Vec3, R::Vec3), bool) {
     let (n, depth) = (plane.normal, plane.offset - plane.normal.dot(x));
-    // Methods whose velocities are those of the end hold what lies, which may be inside by
+    // Methods whose velocities are those of the end hold particles that lie, which may be inside by
     // rounding.
     let noise = if shift == R::ZERO { rounding(plane, x) } else { R::ZERO };
     if depth <= noise {

@@ -37,7 +37,7 @@ pub fn slide<R: Real>(integrator: Integrator) -> Measures {
         let a = G * (sine - friction * cosine);
         let off = ((centre(&simulation) - start).length() - 1.5 * a).abs();
         // A method of first order is half a substep early; friction is found to a hundredth inside
-        // a solve, and what vibrates under explicit Euler lifts its sole.
+        // a solve, and a block that vibrates under explicit Euler lifts its sole.
         let part = if integrator == Integrator::ExplicitEuler { 0.02 } else { 0.01 };
         let bound =
             part * G * friction * cosine + a * settings.substep() + slope.rounding::<R>() / H;
@@ -47,7 +47,7 @@ pub fn slide<R: Real>(integrator: Integrator) -> Measures {
 }
 
 /// Held by friction: after ten seconds no coordinate moves by more than its rounding to either
-/// side. What the block settled by, a centimetre, decays by a factor e in 0.4 s: 1e-12 m are left.
+/// side. The block settles by a centimetre, which decays by a factor e in 0.4 s: 1e-12 m are left.
 /// The lowest particle lies on the plane.
 pub fn lie<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();

@@ -17,7 +17,7 @@ struct Pit {
     foot: DVec3,
     /// The largest length that gaps are computed from, metres.
     reach: f64,
-    /// What a rounding of the gaps is worth where walls of α meet: 1 / cos α in height, 1 / sin α
+    /// The factor of a rounding of the gaps where walls of α meet: 1 / cos α in height, 1 / sin α
     /// aside.
     steep: f64,
     friction: f64,
@@ -134,10 +134,10 @@ fn hold<R: Real>(pits: Vec<Pit>, integrator: Integrator) -> Measures {
         ended.unwrap_or_else(|error| measures.fail(&error, &name));
         measures.see("speed, m/s", (fastest, still::<R>(steep * reach)), &name);
         measures.see("moved, m", (moved, steep * unmoved::<R>(reach)), &name);
-        // The weight, 1 kg, at the speed of what counts as still.
+        // The weight, 1 kg, at the speed that counts as still.
         let booked = G * seconds * still::<R>(steep * reach);
         measures.see("dissipated, J", (simulation.dissipated().abs(), booked), &name);
-        // What explicit Euler falls and is put back is booked with either sign.
+        // The falls of explicit Euler, which the walls put back, are booked with either sign.
         if integrator != Integrator::ExplicitEuler {
             measures.see("added, J", (simulation.contacts().added, booked), &name);
         }
@@ -147,7 +147,7 @@ fn hold<R: Real>(pits: Vec<Pit>, integrator: Integrator) -> Measures {
 
 /// Let go 3 mm above the foot and a little aside: comes to rest. Without friction it slides to and
 /// fro, and ends at the foot: walls of ±10° keep cos 20° of the speed at each pass, and the times
-/// of passes, 2 v / (g sin 10°) each, sum to 1.1 s where the first has 6 cm/s, what is left of the
+/// of passes, 2 v / (g sin 10°) each, sum to 1.1 s where the first has 6 cm/s, the rest of the
 /// fall.
 fn stop<R: Real>(pits: Vec<Pit>, integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
@@ -165,8 +165,8 @@ fn stop<R: Real>(pits: Vec<Pit>, integrator: Integrator) -> Measures {
             let moved = simulation.position(0).to_f64().distance(foot);
             measures.see("from the foot, m", (moved, steep * unmoved::<R>(reach)), &name);
         }
-        // At stake is m g 3 mm. A ledger is off by what is found late in a substep, of a fall of 12
-        // substeps: a fifth.
+        // At stake is m g 3 mm. A ledger is off by contacts that are found late in a substep, of a
+        // fall of 12 substeps: a fifth.
         let stake = G * 3e-3;
         let gain = (simulation.energy().total() - before).abs();
         measures.see("gain, J", (gain, 0.2 * stake), &name);

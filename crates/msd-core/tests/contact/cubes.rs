@@ -11,7 +11,7 @@ use std::f64::consts::FRAC_PI_2;
 
 /// Between the particles of the small cube, metres.
 const SPACING: f64 = 0.1;
-/// How far above what it falls on a cube starts, metres.
+/// Height above the support at which a cube starts, metres.
 const DROP: f64 = 2e-3;
 
 /// A cube of 27 particles, 20 cm and 0.8 kg about a point.
@@ -22,7 +22,7 @@ fn cube(axes: DMat3, middle: DVec3) -> Scene {
     Scene::of("cube", cube)
 }
 
-/// What holds a cube, with friction of 0.3.
+/// The supports of a cube, with friction of 0.3.
 fn scenes() -> Vec<(Scene, String)> {
     let mut scenes = Vec::new();
     for degrees in [20.0f64, 45.0] {

@@ -112,7 +112,7 @@ fn centre_after(scene: &Scene, settings: Settings) -> Result<DVec3, msd_core::Er
     Ok(simulation.centre_of_mass(0..scene.particles.len()))
 }
 
-/// The answer of every method tends to that of Dormand-Prince as substeps grow: sixteen times as
+/// The answer of every method tends to that of Dormand-Prince with more substeps: sixteen times as
 /// many leave an eighth of the error, or less than a millimetre of the half metre of way.
 pub fn bodies_slide_off<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
@@ -211,10 +211,10 @@ impl Rope {
     }
 }
 
-/// The heavy end goes down. The springs span 6° of the drum: what they press is off by the square
-/// of that, 1 %, as is the friction of the implicit methods, of the 2.6 times the weight that it
-/// holds: a tenth of the acceleration of 0.6 m/s², and as much again for measuring over a third of
-/// a second.
+/// The heavy end goes down. The springs span 6° of the drum. Their pressure is off by the square of
+/// that, 1 %, as is the friction of the implicit methods, of the 2.6 times the weight that it
+/// holds. That is a tenth of the acceleration of 0.6 m/s², and as much again for measuring over a
+/// third of a second.
 ///
 /// 1 MN/m on 1 g is for backward Euler alone: explicit methods need substeps of 30 µs, and implicit
 /// midpoint keeps the vibrations of a rope that is loaded at once.
@@ -275,8 +275,8 @@ pub fn leave_smooth_balls<R: Real>(integrator: Integrator) -> Measures {
 }
 
 /// A ball made of distances, beside the ball itself. The normal of a facet is off by half a cell
-/// over the radius, which turns the path as much; over 0.7 s what is off grows by sinh(t √(g / r))
-/// = 4.4, but for its share.
+/// over the radius, which turns the path as much. Over 0.7 s the error grows by sinh(t √(g / r)) =
+/// 4.4, but for its share.
 pub fn slide_on_grids<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     let start = DVec3::new(0.18, 0.98, 0.1).normalize() * 1.001;
@@ -353,8 +353,8 @@ pub fn ropes_are_drawn<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// What a ball meets at 10 m/s is taken along in front of it: nothing of a cloth is left inside the
-/// ball or behind it.
+/// A ball at 10 m/s takes along the cloth that it meets: no particle of it is left inside the ball
+/// or behind it.
 pub fn cloths_are_taken_along<R: Real>(integrator: Integrator) -> Measures {
     let (mut measures, name) = (Measures::default(), "ball at 10 m/s");
     let material = Material { mass: 1e-3, stiffness: 200.0, damping: 0.02 };

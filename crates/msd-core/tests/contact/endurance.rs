@@ -1,7 +1,7 @@
 //! Sliding, bounces and minutes of rest on slopes in random directions, up to 1e6 m from the
 //! origin.
 //!
-//! The rows of the table of docs/measured/trade.md, beside what each may be off:
+//! The rows of the table of docs/measured/trade.md, beside the tolerance of each:
 //! `CONTACT_TABLE=FILE cargo test --release -p msd-core --test contact -- --ignored`.
 
 use crate::table::{G, H, Measures, is_double, run, start};
@@ -90,7 +90,7 @@ fn position<R: Real>(simulation: &Simulation<R>) -> DVec3 {
     simulation.position(0).to_f64()
 }
 
-/// Measures each case beside what it is allowed.
+/// Measures each case beside its bound.
 fn measures<C: std::fmt::Debug>(
     quantity: &'static str,
     cases: impl IntoIterator<Item = C>,
@@ -179,8 +179,8 @@ fn apexes<R: Real>(slope: &Slope, integrator: Integrator, e: f64, seconds: f64) 
 }
 
 /// The highest of the substeps is below the apex by at most g h² / 8, and as much again for the
-/// half substep by which velocities of the Euler methods are off: a bound that falls with h², and
-/// that does not grow with the number of bounces.
+/// half substep by which velocities of the Euler methods are off. This bound falls with h², and
+/// does not grow with the number of bounces.
 pub fn apexes_last<R: Real>(integrator: Integrator) -> Measures {
     let near = slopes::<R>().into_iter().filter(|slope| slope.offset.abs() < 2.0);
     measures("off its apex, m", near, |slope| {
@@ -258,7 +258,7 @@ pub fn standing(
     scene
 }
 
-/// How far a body moves once it has settled, beside 1e-5 of its size.
+/// The motion of a body once it has settled, beside 1e-5 of its size.
 fn drift<R: Real>(mut simulation: Simulation<R>, (settle, seconds): (f64, f64)) -> (f64, f64) {
     wait(&mut simulation, settle);
     let before = simulation.state();
@@ -287,7 +287,7 @@ fn fewest_substeps<R: Real>(scene: &Scene, integrator: Integrator) -> u32 {
     if stable(1).is_infinite() { 8 } else { (1..).find(is_stable).expect("a stable substep") }
 }
 
-/// Neither a long substep nor a strong damper changes what friction holds.
+/// Neither a long substep nor a strong damper changes the slopes on which friction holds.
 pub fn blocks_hold<R: Real>(integrator: Integrator) -> Measures {
     let slope = &slopes::<R>()[1];
     let materials = [(1e3, 2.5), (1e4, 2.5), (1e5, 30.0)];

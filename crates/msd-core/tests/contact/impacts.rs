@@ -33,8 +33,8 @@ pub fn thin_plates<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// A ball of 5 cm at 60 m/s is 12 cm further after a substep. What it hits gets twice the part of
-/// its velocity along the normal.
+/// A ball of 5 cm at 60 m/s is 12 cm further after a substep. A particle that it hits gets twice
+/// the part of its velocity along the normal.
 pub fn small_balls<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     for offset in [0.0, 0.01, 0.03] {
@@ -60,8 +60,8 @@ pub fn small_balls<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// What goes through a box in a substep ends on the side where it went in, and what passes by goes
-/// on: against the intersection of a line with slabs.
+/// A particle that would go through a box in a substep ends on the side where it went in, and one
+/// that passes by goes on. The oracle is the intersection of a line with slabs.
 pub fn ways_through_boxes<R: Real>(integrator: Integrator) -> Measures {
     let (mut measures, mut random) = (Measures::default(), Random(11));
     let (mut hits, mut misses) = (0, 0);
@@ -156,8 +156,8 @@ pub fn times_of_impacts<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// Friction takes back some of the way of a substep, along a tangent. Velocity Verlet and RK4 put
-/// what lands on the ball itself; the others leave it above by the square of the way.
+/// Friction takes back some of the way of a substep, along a tangent. Velocity Verlet and RK4 put a
+/// particle that lands on the ball itself; the others leave it above by the square of the way.
 pub fn lands_on_rough_balls<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     for friction in [0.1, 2.0] {
@@ -186,7 +186,7 @@ pub fn lands_on_rough_balls<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// A ball that goes into the floor leaves what lies there no room; one that stays above it does, as
+/// A ball that goes into the floor leaves particles there no room; one that stays above it does, as
 /// does a groove of 60°. Dormand-Prince meets one after the other, in no time.
 pub fn rooms<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();

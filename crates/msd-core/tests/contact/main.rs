@@ -1,8 +1,8 @@
 //! Contact with obstacles: tables of scenario, method and precision against a bound.
 //!
-//! Each method is a test that runs every scenario of [`table::TABLE`] in f32 and f64, and lists
-//! what exceeds its bound: `cargo test -p msd-core --test contact keeps_its_bounds`. Those of
-//! [`table::ENDURANCE`] take longer.
+//! Each method is a test that runs every scenario of [`table::TABLE`] in f32 and f64, and lists the
+//! measurements that exceed their bounds: `cargo test -p msd-core --test contact keeps_its_bounds`.
+//! Those of [`table::ENDURANCE`] take longer.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -13,7 +13,8 @@ use std::f64::consts::FRAC_PI_2;
 
 pub const MASS: f64 = 0.3;
 
-/// The methods that book in contacts what carries a particle; others have it in their solutions.
+/// The methods that book the work of carrying a particle in contacts; others have it in their
+/// solutions.
 const BOOKED: [Integrator; 5] = [
     Integrator::ExplicitEuler,
     Integrator::SymplecticEuler,
@@ -27,8 +28,8 @@ pub fn scene((position, velocity): (DVec3, DVec3), solid: Solid) -> Scene {
     Scene { particles, solids: vec![solid], ..Scene::default() }
 }
 
-/// What rounding makes of a length or a speed of so much in so many substeps: 1e-12 in f64, and in
-/// f32 a rounding of it in each.
+/// The rounding of a length or a speed of so much in so many substeps: 1e-12 in f64, and in f32 a
+/// rounding of it in each.
 fn rounding<R: Real>(size: f64, substeps: u32) -> f64 {
     if is_double::<R>() { 1e-12 } else { f64::from(substeps) * R::EPSILON.to_f64() * size }
 }
@@ -42,7 +43,7 @@ pub fn plate(thickness: f64) -> Solid {
     Solid::new(Shape::Box { size })
 }
 
-/// What lies on one that rises is carried at its speed, and the ledger has its work: m g v t.
+/// A solid that rises carries a particle on it at its speed, and the ledger has its work: m g v t.
 pub fn rises<R: Real>(integrator: Integrator) -> Measures {
     let (mut measures, speed, name) = (Measures::default(), 0.7, "half space");
     let floor = Solid { velocity: DVec3::Y * speed, ..Solid::new(Shape::HalfSpace) };
@@ -69,8 +70,8 @@ pub fn rises<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// One that comes at 2 m/s returns what stands still at twice its speed. Its work, 8 m, is booked;
-/// not by Dormand-Prince.
+/// A solid that comes at 2 m/s returns a particle at rest at twice its speed. Its work, 8 m, is
+/// booked; not by Dormand-Prince.
 pub fn comes<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     let half_space = Solid {
@@ -115,7 +116,8 @@ pub fn tilts<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// Through key frames: what lies on it is lifted by half a metre, with 3 m/s² at most, and stays.
+/// Through key frames: it lifts a particle on it by half a metre, with 3 m/s² at most, and the
+/// particle stays.
 pub fn lifts<R: Real>(integrator: Integrator) -> Measures {
     let (mut measures, name) = (Measures::default(), "half space");
     let flat = Solid::new(Shape::HalfSpace);
@@ -154,7 +156,8 @@ pub fn belt<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// A platform that lifts and shifts what friction holds on it, fast: it weighs a third at the end.
+/// A platform that lifts and shifts a particle that friction holds on it, fast: the particle weighs
+/// a third at the end.
 pub fn platform<R: Real>(integrator: Integrator) -> Measures {
     let (mut measures, name) = (Measures::default(), "box");
     let key = |time, position| KeyFrame { time, position, axes: rotation(DVec3::Y, 0.0) };
@@ -173,7 +176,7 @@ pub fn platform<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// What lies on a plate that is lifted and turned comes along.
+/// A particle on a plate that is lifted and turned comes along.
 pub fn lifts_and_turns<R: Real>(integrator: Integrator) -> Measures {
     let (mut measures, name) = (Measures::default(), "cylinder");
     let shape = Shape::Cylinder { radius: 1.0, length: 0.2 };
@@ -238,8 +241,8 @@ pub fn turntable_flings<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// One that goes through key frames gives a particle at rest twice the speed that it has when it
-/// meets it.
+/// A solid that goes through key frames gives a particle at rest twice the speed that it has when
+/// they meet.
 pub fn keyed_wall<R: Real>(integrator: Integrator) -> Measures {
     let (mut measures, name) = (Measures::default(), "box");
     let mut wall = Solid::new(Shape::Box { size: DVec3::new(1.0, 4.0, 4.0) });
@@ -290,8 +293,9 @@ pub fn pressing_wall<R: Real>(integrator: Integrator) -> Measures {
         let name = format!("{substeps} substeps");
         let simulation = after::<R>(&scene, (integrator, substeps), 90, (&mut measures, &name));
         // A method of first order takes the force of either end of each substep: half of the way in
-        // one, 0.1 m in a second, times 40 N; one of second order is off by (h w)²/8 of the energy,
-        // Dormand-Prince by its tolerance times 40 N in each step. Implicit midpoint is exact.
+        // one, 0.1 m in a second, times 40 N. A method of second order is off by (h w)²/8 of the
+        // energy, Dormand-Prince by its tolerance times 40 N in each step. Implicit midpoint is
+        // exact.
         let h = simulation.settings().substep();
         let late = match integrator {
             Integrator::DormandPrince => 90.0 * 1e-6 * 40.0,

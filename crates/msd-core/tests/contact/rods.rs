@@ -17,7 +17,7 @@ fn rod(springs: bool) -> Solid {
     Solid { axes, friction: Friction::Coulomb(0.5), springs, ..rod }
 }
 
-/// A cloth of 6 x 6 particles, 25 cm apart, above the rod, which no particle meets: it hangs over
+/// A cloth of 6 x 6 particles, 25 cm apart, above the rod, which no particle meets. It hangs over
 /// the rod by its springs, and without contact points nothing holds it.
 pub fn sparse_cloths_hang<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
@@ -37,7 +37,7 @@ pub fn sparse_cloths_hang<R: Real>(integrator: Integrator) -> Measures {
     let held = after::<R>(&scene, (integrator, 32), 60 * seconds, (&mut measures, name));
     let low = -held.centre_of_mass(0..36).y;
     measures.see("hangs low, m", (low, 0.5), name);
-    // Springs lie outside of the rod, but for what sinks in between points 5 cm apart.
+    // Springs lie outside of the rod, but for the penetration between points 5 cm apart.
     let sinks = 0.05 - (0.05f64 * 0.05 - 0.025 * 0.025).sqrt();
     for &[a, b] in held.model().springs().ends() {
         let [a, b] = [a, b].map(|end| held.position(end as usize).to_f64());
@@ -54,9 +54,9 @@ pub fn sparse_cloths_hang<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// Two particles on a spring fall flat on the rod, a quarter of the way from the first: rigid in
-/// no direction but along, so that each goes on as the shared impulse says, and what is missing is
-/// what the rod took.
+/// Two particles on a spring fall flat on the rod, a quarter of the way from the first. They are
+/// rigid in no direction but along, so that each goes on as the shared impulse says, and the rod
+/// took the missing energy.
 pub fn impulses_are_shared<R: Real>(integrator: Integrator) -> Measures {
     let (mut measures, name) = (Measures::default(), "rod");
     let (masses, part, restitution) = ([0.3, 0.5], 0.25, 0.6);
@@ -80,7 +80,7 @@ pub fn impulses_are_shared<R: Real>(integrator: Integrator) -> Measures {
     for end in 0..2 {
         let expected = -3.0 + impulse * weights[end] / masses[end];
         let off = (simulation.velocity(end).to_f64().y - expected).abs();
-        // What the point sinks into a round rod turns the push a little.
+        // The penetration of the point into a round rod turns the push a little.
         measures.see("off its speed, m/s", (off, 2e-3 * 3.0), name);
     }
     let lost = 0.5 * (1.0 - restitution * restitution) * 9.0 / reciprocal;

@@ -31,8 +31,8 @@ impl Slope {
         scene
     }
 
-    /// What rounds, metres: the place, and the margin within which implicit methods put what lies
-    /// on a solid, 64 roundings of its size, where a plane has 16.
+    /// Size that is rounded, metres: the place, and the margin within which implicit methods put a
+    /// particle on a solid, 64 roundings of its size, where a plane has 16.
     fn reach(&self) -> f64 {
         self.foot.length() + 4.0 * self.kind.reach()
     }
@@ -60,8 +60,8 @@ fn slopes() -> Vec<Slope> {
     slopes
 }
 
-/// What rounding adds to a way of a second, metres: a rounding of place and speed in each substep,
-/// where the speed and its rounding are at most those of a slide without friction.
+/// Length that rounding adds to a way of a second, metres: a rounding of place and speed in each
+/// substep. The speed and its rounding are at most those of a slide without friction.
 fn rounded<R: Real>(seconds: f64, reach: f64) -> f64 {
     seconds / H * R::EPSILON.to_f64() * (G * seconds * seconds + reach)
 }
@@ -83,7 +83,7 @@ pub fn slopes_slide<R: Real>(integrator: Integrator) -> Measures {
             let way = slope.down * (0.5 * rate * seconds * seconds);
             let off = (simulation.position(0).to_f64() - before - way).length();
             // Methods of order one are half a substep early or late. Those of a higher order are
-            // right under a constant force: 1e-6 is what a solver may leave.
+            // right under a constant force: 1e-6 is the tolerance of a solver.
             let late = if integrator.order() == 1 { 0.51 * rate * H * seconds } else { 0.0 };
             let solved = if is_double::<R>() { 1e-6 * way.length() } else { 0.0 };
             let bound = late + solved + rounded::<R>(seconds, slope.reach());
@@ -140,9 +140,9 @@ pub fn ramps_end<R: Real>(integrator: Integrator) -> Measures {
             let ended = run(&mut simulation, seconds, |_| {});
             ended.unwrap_or_else(|error| measures.fail(&error, &name));
             let (x, v) = (simulation.position(0).to_f64(), simulation.velocity(0).to_f64());
-            // Methods with fixed substeps meet the floor up to a substep early or late: up to g h
-            // in speed, as much again where the speed is half a substep off its place, and two
-            // substeps of way. Dormand-Prince locates the time.
+            // Methods with fixed substeps meet the floor up to a substep early or late. That is up
+            // to g h in speed, as much again where the speed is half a substep off its place, and
+            // two substeps of way. Dormand-Prince locates the time.
             let [late, slower] = match integrator {
                 Integrator::DormandPrince => [0.0; 2],
                 _ if integrator.order() == 1 => [2.0 * arrives * H, 2.0 * G * H],

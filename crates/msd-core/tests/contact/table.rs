@@ -15,8 +15,7 @@ pub const G: f64 = 9.82;
 /// A substep of the default settings, seconds.
 pub const H: f64 = 1.0 / 480.0;
 
-/// A scenario: what it is, how it is run in single and in double precision, and what is known to be
-/// wrong.
+/// A scenario: its description, its runs in single and in double precision, and its known errors.
 pub struct Scenario {
     name: &'static str,
     runs: [fn(Integrator) -> Measures; 2],
@@ -36,8 +35,8 @@ macro_rules! scenario {
     (@ $wrong:expr) => { $wrong };
 }
 
-/// Explicit Euler moves by the velocity before the kick: what rests falls by g h² in every other
-/// substep, is put back, and pays for it.
+/// Explicit Euler moves by the velocity before the kick: a resting particle falls by g h² in every
+/// other substep, is put back, and pays for it.
 const FALLS: &[(Integrator, &str)] = &[(Explicit, "dissipated, J")];
 /// The same where it comes to rest.
 const NEVER_RESTS: &[(Integrator, &str)] = &[(Explicit, "speed, m/s"), (Explicit, "gain, J")];
@@ -58,7 +57,8 @@ const MOVES: &[(Integrator, &str)] = &[(Explicit, "moved, m")];
 ///
 /// The ledger of contact points counts too much where many of them touch at the end of a substep.
 /// That of XPBD misses work of a wall that presses, 0.8 of 2 J where h w is 0.8 for the spring; RK4
-/// books what the stages of a substep do behind the wall, 6 J. Both vanish with shorter substeps.
+/// books the work of the stages of a substep behind the wall, 6 J. Both vanish with shorter
+/// substeps.
 const KNOWN: &[(&str, Integrator, &str, &str)] = &[
     ("a soft block lands on a rough rod", SymplecticEuler, "f32", "imbalance, J"),
     ("a soft block lands on a rough rod", SymplecticEuler, "f64", "imbalance, J"),
@@ -118,7 +118,7 @@ const KNOWN: &[(&str, Integrator, &str, &str)] = &[
     ("a particle dropped between round solids", ExplicitEuler, "f64", "from the foot, m"),
 ];
 
-/// What a few seconds show.
+/// Scenarios that a few seconds show.
 pub const TABLE: &[Scenario] = &[
     scenario!(corners::grooves_hold, "a particle at rest in a groove", wrong: FALLS),
     scenario!(corners::grooves_stop, "a particle dropped into a groove", wrong: NEVER_RESTS),
@@ -218,7 +218,7 @@ pub const TABLE: &[Scenario] = &[
     ),
 ];
 
-/// What takes minutes to show, in simulated time.
+/// Scenarios that take minutes to show, in simulated time.
 pub const ENDURANCE: &[Scenario] = &[
     scenario!(endurance::a_particle_sticks, "a particle sticks on slopes"),
     scenario!(endurance::a_particle_slides, "a particle slides down slopes"),
@@ -235,7 +235,7 @@ pub const ENDURANCE: &[Scenario] = &[
     scenario!(endurance::a_force_presses, "a force holds a particle to a wall"),
 ];
 
-/// What each of these may be off, in the words of docs/measured/trade.md.
+/// The tolerance of each of these, in the words of docs/measured/trade.md.
 const ALLOWED: [&str; 9] = [
     "8 roundings of its place in 20 s",
     "a h t, or rounding from order 2 on",
@@ -248,7 +248,7 @@ const ALLOWED: [&str; 9] = [
     "8 roundings in 20 s",
 ];
 
-/// What a run measured beside what is allowed, the worst of each quantity.
+/// Measurements of a run beside their bounds, the worst of each quantity.
 #[derive(Default)]
 pub struct Measures(Vec<Measure>);
 
@@ -258,7 +258,7 @@ struct Measure {
     bound: f64,
     /// The case in which it was the worst.
     case: String,
-    /// How many cases exceed the bound, of how many.
+    /// Number of cases that exceed the bound, and of all.
     over: [usize; 2],
 }
 
@@ -267,8 +267,7 @@ impl Measure {
         1.0 < self.fraction()
     }
 
-    /// As a fraction of the bound; a NaN, and what a bound below zero does not allow, are as bad as
-    /// can be.
+    /// As a fraction of the bound; infinite for a NaN, and for a bound of zero or less.
     fn fraction(&self) -> f64 {
         let fraction = self.measured / self.bound;
         if 0.0 < self.bound && !fraction.is_nan() { fraction } else { f64::INFINITY }

@@ -40,9 +40,9 @@ pub fn rest<R: Real>(integrator: Integrator) -> Measures {
         let simulation = after::<R>(&scene, (integrator, 16), 120, (&mut measures, name));
         for (particle, radius) in [(0, RADIUS), (1, 0.0)] {
             let gap = simulation.position(particle).to_f64().dot(normal) - offset;
-            // The rounding of a plane's gap, whose terms are less than a metre; of a box implicit
-            // methods put it half of their margin out, which grows with the box. Explicit Euler
-            // falls by g h² in every other substep.
+            // The rounding of a plane's gap, whose terms are less than a metre. Implicit methods
+            // put a particle on a box half of their margin out, which grows with the box. Explicit
+            // Euler falls by g h² in every other substep.
             let terms = if name == "box" { 512.0 } else { 8.0 };
             let falls =
                 if integrator == Integrator::ExplicitEuler { 9.82 * H * H / 4.0 } else { 0.0 };
@@ -133,7 +133,8 @@ pub fn half_spaces<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// Neither planes nor half spaces have an end: what falls a thousand kilometres away lies on them.
+/// Neither planes nor half spaces have an end: a particle that falls a thousand kilometres away
+/// lies on them.
 pub fn fall_far_away<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     let solid = Solid { springs: true, ..Solid::new(Shape::HalfSpace) };
@@ -145,7 +146,7 @@ pub fn fall_far_away<R: Real>(integrator: Integrator) -> Measures {
             for (scene, kind) in [(plane, "plane"), (above, "half space")] {
                 let name = format!("{kind}, {height} m above {away}");
                 let simulation = after::<R>(&scene, (integrator, 8), 60, (&mut measures, &name));
-                // What a substep adds to the speed is rounded, and how far that goes.
+                // Each substep rounds the change of the speed, and the way at that speed.
                 let falls = if integrator == Integrator::ExplicitEuler { 1.0 } else { 0.0 };
                 let bound = 9.82 * H * H * (falls + 16.0 * R::EPSILON.to_f64());
                 measures.see("off its height, m", (place(&simulation).y.abs(), bound), &name);

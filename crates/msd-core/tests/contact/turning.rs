@@ -41,12 +41,12 @@ fn turntables(friction: f64) -> Vec<(Solid, String)> {
     turntables
 }
 
-/// 1e-9 of the thickness of what it lies on, and four roundings of the farthest coordinate.
+/// 1e-9 of the thickness of its support, and four roundings of the farthest coordinate.
 fn level<R: Real>() -> f64 {
     0.2e-9 + 8.0 * R::EPSILON.to_f64() * REACH
 }
 
-/// A turntable without friction does nothing to what lies still on it.
+/// A turntable without friction does nothing to a particle at rest on it.
 pub fn smooth_turntables<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     for (solid, name) in turntables(0.0) {
@@ -62,7 +62,7 @@ pub fn smooth_turntables<R: Real>(integrator: Integrator) -> Measures {
         ended.unwrap_or_else(|error| measures.fail(&error, &name));
         measures.see("moved, m", (moved, level::<R>()), &name);
         measures.see("speed, m/s", (fastest, still::<R>(REACH)), &name);
-        // The weight at the speed of what counts as still.
+        // The weight at the speed that counts as still.
         let work = G * SECONDS * still::<R>(REACH);
         let gain = simulation.energy().total() - before;
         measures.see("gain, J", (gain, work), &name);
@@ -91,7 +91,7 @@ pub fn rough_turntables<R: Real>(integrator: Integrator) -> Measures {
         let place = rotation(DVec3::Y, RATE * SECONDS) * PLACE;
         let off = simulation.position(0).to_f64().distance(place);
         measures.see("off its place, m", (off, out), &name);
-        // What friction does in a substep is right to first order: m v² ω h of work in each radian.
+        // The friction of a substep is right to first order: m v² ω h of work in each radian.
         let work = speed * speed * RATE * H * RATE * SECONDS;
         let gain = simulation.energy().total() - before;
         measures.see("gain, J", (gain, work), &name);
@@ -109,7 +109,7 @@ fn block(spin: f64) -> Scene {
     Scene::of("block", block)
 }
 
-/// How much heights of particles vary from 1.5 s to 3 s, and the energy then.
+/// The largest range of the height of a particle from 1.5 s to 3 s, and the run at 3 s.
 fn watch<R: Real>(
     scene: &Scene,
     integrator: Integrator,
@@ -150,8 +150,8 @@ pub fn blocks_on_smooth<R: Real>(integrator: Integrator) -> Measures {
 }
 
 /// Friction carries it. Its sole goes straight on within a substep, is stretched by that, and slips
-/// back now and then: its height cannot stay within 1e-9. A thousandth of it is a sixtieth of what
-/// a contact did that was lost and found again.
+/// back now and then: its height cannot stay within 1e-9. A thousandth of it is a sixtieth of the
+/// work of a contact that was lost and found again.
 pub fn blocks_on_rough<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     for (solid, name) in turntables(0.5).into_iter().filter(|(solid, _)| solid.keys.is_empty()) {
@@ -159,7 +159,7 @@ pub fn blocks_on_rough<R: Real>(integrator: Integrator) -> Measures {
         let before = start::<R>(&scene, integrator).energy().total();
         let (varies, simulation) = watch::<R>(&scene, integrator, (&mut measures, &name));
         measures.see("height varies, m", (varies, 0.2e-3), &name);
-        // Of every particle as of one that is carried, and what settles.
+        // Of every particle as of one that is carried, and the settling.
         let speed = RATE * 0.14;
         let work = 0.03 * 27.0 * speed * speed * RATE * H * RATE * 3.0 + 0.05 * SETTLES;
         let gain = simulation.energy().total() - before;

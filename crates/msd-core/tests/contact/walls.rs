@@ -9,7 +9,7 @@ const HALF: f64 = 1.0;
 /// The sides of a slab, metres.
 const SLAB: DVec3 = DVec3::new(20.0, 1.0, 20.0);
 
-/// What walls are made of.
+/// The obstacle that walls are made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     Planes,
@@ -21,7 +21,7 @@ pub enum Kind {
 impl Kind {
     pub const ALL: [Kind; 3] = [Kind::Planes, Kind::HalfSpaces, Kind::Boxes];
 
-    /// How far from the middle of what it is computed from a point of a wall is, metres.
+    /// Distance of a point of a wall from the middle of the solid that computes it, metres.
     pub fn reach(self) -> f64 {
         match self {
             Kind::Planes | Kind::HalfSpaces => 0.0,
@@ -61,15 +61,15 @@ pub fn particle(position: DVec3, velocity: DVec3) -> Scene {
 /// The speed below which something rests, metres per second.
 ///
 /// In f64 1e-9: a millimetre in eleven days. Never less than rounding. Each impulse rounds, and
-/// that of a steep wall is many times the weight of a substep; and a place `reach` metres from
-/// where gaps are measured, put back by two roundings in a substep, has that as its speed.
+/// that of a steep wall is many times the weight of a substep. A place `reach` metres from where
+/// gaps are measured, put back by two roundings in a substep, has that as its speed.
 pub fn still<R: Real>(reach: f64) -> f64 {
     let epsilon = R::EPSILON.to_f64();
     (epsilon * (64.0 * G * H + 2.0 * reach / H)).max(1e-9)
 }
 
-/// How far what rests may move, metres: sixteen roundings, of a coordinate and of the places of
-/// walls, as gaps count as closed within four roundings of each of their terms.
+/// Distance that a resting particle may move, metres: sixteen roundings, of a coordinate and of the
+/// places of walls. Gaps count as closed within four roundings of each of their terms.
 pub fn unmoved<R: Real>(reach: f64) -> f64 {
     16.0 * R::EPSILON.to_f64() * (1.0 + reach)
 }

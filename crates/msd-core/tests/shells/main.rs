@@ -82,7 +82,7 @@ fn a_cube_on_its_twin_stays_on_it() {
             let [below, above] =
                 [low.clone(), high.clone()].map(|all| centre(&simulation, all).0.y);
             let apart = above - below;
-            // A side and both thicknesses, 62 mm, less what weight presses together: the lower
+            // A side and both thicknesses, 62 mm, less the compression by the weight: the lower
             // cube by some 3/2 ρ g L²/E, 1.3 mm above its centre, the upper by a half of that.
             assert!((0.0590..0.0620).contains(&apart), "{integrator} {substeps}: {apart}");
         }
@@ -109,7 +109,8 @@ fn holds_without_a_gain<R: Real>(
 ) {
     let mut simulation = start::<R>(scene, integrator, substeps);
     let before = simulation.energy().total();
-    // What falls by 1 cm; springs that are linearised once per substep are no better than that.
+    // The energy of a fall by 1 cm; springs that are linearised once per substep are not better
+    // than that.
     let tolerance = 5e-3 * 0.216 * G * 0.01;
     for _ in 0..90 {
         simulation.step().expect("a step");

@@ -20,7 +20,7 @@ fn overlapping(offset: DVec3) -> (Scene, [Range<usize>; 2]) {
     (scene, [first, second])
 }
 
-/// How far the second body is above the first one, metres; negative where both overlap.
+/// Height of the second body above the first one, metres; negative where both overlap.
 fn clearance<R: Real>(simulation: &Simulation<R>, [first, second]: &[Range<usize>; 2]) -> f64 {
     let height = |particle: usize| simulation.position(particle).to_f64().y;
     let top = first.clone().map(height).fold(f64::MIN, f64::max);
@@ -42,10 +42,10 @@ fn come_apart<R: Real>(
     }
     let clearance = clearance(&simulation, bodies);
     assert!(0.9 * STOP < clearance, "{name}: {clearance} m");
-    // What a wall drives that comes at a speed leaves it at twice that at most.
+    // A particle that a moving wall drives leaves it at twice the speed of the wall at most.
     assert!(fastest < 2.0 * PUSHED, "{name}: {fastest} m/s");
-    // What pushes is booked; a tenth of it is the first order of the Eulers in an oscillation of
-    // some 30 Hz.
+    // The work of pushes is booked; a tenth of it is the first order of the Eulers in an
+    // oscillation of some 30 Hz.
     let energy = simulation.energy();
     assert!(energy.total().abs() < 0.1 * energy.supplied, "{name}: {energy:?}");
 }

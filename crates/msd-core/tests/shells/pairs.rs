@@ -12,8 +12,8 @@ fn weightless() -> World {
     World { gravity: DVec3::ZERO, ..World::default() }
 }
 
-/// What a method leaves of a velocity that its rows take away, as a part of it: iterative solves
-/// stop at a hundredth.
+/// The residual of a velocity that the rows of a method take away, as a part of it: iterative
+/// solves stop at a hundredth.
 fn left_by(integrator: Integrator) -> f64 {
     if integrator.is_implicit() { 1e-2 } else { 1e-12 }
 }
@@ -47,7 +47,7 @@ fn balls_part_at_the_speed_of_the_closed_form() {
             let off = (a - right[0]).abs().max((b - right[1]).abs());
             let most = 3.0 * left_by(integrator);
             assert!(off < most, "{integrator}, e = {restitution}: {a} and {b}, not {right:?}");
-            // Half the reduced mass times what is lost of the square of the speed.
+            // Half the reduced mass times the loss of the square of the speed.
             let lost = 0.5 * 0.12 * 9.0 * (1.0 - restitution * restitution);
             let booked = simulation.dissipated();
             // The energy m v²/2 of 3 m/s and 0.12 kg, twice as sensitive as the speed.
@@ -102,8 +102,8 @@ fn friction_of_a_pair_is_the_mean_of_both_or_what_is_said_of_it() {
             let off = (velocity.x - right).abs();
             let most = 1e-5 + left_by(integrator) * right.abs();
             assert!(off < most, "{integrator} {friction:?} {between:?}: {velocity}, not {right}");
-            // Its heat is the work of friction, μ m G times the way, to two substeps of it, and
-            // what it loses as it lies down, having fallen for two.
+            // Its heat is the work of friction, μ m G times the way, to two substeps of it, and its
+            // loss as it lies down, having fallen for two.
             let heat = factor * G * position.x;
             let booked = simulation.dissipated();
             let most = 2.0 * factor * G * velocity.x / 960.0 + 2.0 * (G / 960.0).powi(2);

@@ -33,8 +33,8 @@ pub enum FileId {
 }
 
 impl FileId {
-    /// The identity of what a path names; none for a device or pipe, which many may share, and for
-    /// a file in a folder that is not there.
+    /// The identity of the file at a path; none for a device or pipe, which many may share, and for
+    /// a file in a missing folder.
     pub fn of(path: &Path) -> Option<Self> {
         match std::fs::metadata(path) {
             Ok(about) if about.is_file() => FileId::there(&about, path),
@@ -96,7 +96,7 @@ pub(crate) fn follow(path: &Path) -> PathBuf {
     path
 }
 
-/// Whether an open file is what stands at a path, and not one that was taken away from there.
+/// Returns whether an open file is the one at a path, and not one that was moved away from there.
 pub(crate) fn is_at(file: &std::fs::File, path: &Path) -> io::Result<bool> {
     let (open, there) = (file.metadata()?, std::fs::symlink_metadata(path)?);
     Ok(there.is_file() && FileId::there(&open, path) == FileId::there(&there, path))

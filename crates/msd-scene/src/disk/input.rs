@@ -12,7 +12,7 @@ const MOST_NAMES: usize = 10_000;
 /// Opens a file of which at most `limit` bytes will be read.
 ///
 /// # Errors
-/// [`FileError::Unreadable`] for what is not there and what is not a regular file.
+/// [`FileError::Unreadable`] for a missing file and for anything but a regular file.
 pub(crate) fn open_regular(path: &Path, limit: u64) -> Result<Take<File>, FileError> {
     let refused = |reason: String| FileError::Unreadable { file: shown_path(path), reason };
     let about = std::fs::metadata(path).map_err(|error| refused(reason(path, &error)))?;
@@ -26,7 +26,8 @@ pub(crate) fn open_regular(path: &Path, limit: u64) -> Result<Take<File>, FileEr
     Ok(file.take(limit))
 }
 
-/// Why a file cannot be opened; where there is none of this name, with the one that may be meant.
+/// The reason why a file cannot be opened; where there is none of this name, with the one that may
+/// be meant.
 pub(crate) fn reason(path: &Path, error: &Error) -> String {
     let meant = (error.kind() == ErrorKind::NotFound).then(|| alike(path)).flatten();
     match meant {

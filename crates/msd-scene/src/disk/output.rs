@@ -13,8 +13,8 @@ const WRITERS: usize = 16;
 
 /// A file that comes into being when [`Output::finish`] is called; dropped before, nothing is left.
 ///
-/// A symbolic link stays one: what it names is written. What was there before gives the new file
-/// its mode and owner. A device or pipe is written to at once.
+/// A symbolic link stays one: its target is written. The previous file gives the new one its mode
+/// and owner. A device or pipe is written to at once.
 #[derive(Debug)]
 pub struct Output {
     writer: BufWriter<File>,
@@ -22,7 +22,7 @@ pub struct Output {
     name: String,
 }
 
-/// How what is written comes to its place.
+/// The way of the bytes to their place.
 #[derive(Debug)]
 enum Way {
     /// By a file beside the place, moved there at the end.
@@ -43,7 +43,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
 
 impl Output {
     /// Opens a file beside `path`, so that a folder that cannot be written to is found before a
-    /// long run and not after it. Removes what a killed program left of the same file.
+    /// long run and not after it. Removes the part that a killed program left of the same file.
     ///
     /// # Errors
     /// [`FileError::Unwritable`] for a folder that does not exist or may not be written to, for a
@@ -94,8 +94,8 @@ impl Output {
         self.open_ended().map(drop)
     }
 
-    /// Puts the file in its place once it is safe on the disk: a power cut leaves the old file or
-    /// the new one, never an empty one.
+    /// Puts the file in its place once it is safe on the disk (atomic write). A power cut leaves
+    /// the old file or the new one, never an empty one.
     ///
     /// # Errors
     /// [`FileError::Unwritable`]; nothing is left then.
@@ -109,7 +109,7 @@ impl Output {
         self.finish()
     }
 
-    /// Puts the file in its place as it is now, to go on writing there.
+    /// Puts the unfinished file in its place, to go on writing there.
     ///
     /// # Errors
     /// [`FileError::Unwritable`]; nothing is left then.
@@ -129,7 +129,8 @@ impl Output {
             });
         }
         part.persist(&place).map_err(|error| refused(reason(&error.error)))?;
-        // Who goes on writing here writes to no part any more; a lock that cannot be, is none.
+        // A writer that goes on here no longer writes to a part; a file system without locks has
+        // none to release.
         let _ = file.unlock();
         Ok(file)
     }
@@ -163,7 +164,7 @@ fn ends_in_separator(path: &Path) -> bool {
     last.is_some_and(|&byte| std::path::is_separator(byte.into()))
 }
 
-/// Whether what is there takes bytes one after the other and keeps no old ones.
+/// Returns whether a place takes bytes one after the other and keeps no old ones, as a pipe does.
 fn is_stream(about: &Metadata) -> bool {
     #[cfg(unix)]
     {
@@ -178,7 +179,7 @@ fn is_stream(about: &Metadata) -> bool {
 }
 
 /// Opens the file beside a place. Its name follows from that of the place, so that a later run
-/// finds what a killed one left; who writes it holds a lock, which goes with the process.
+/// finds the part that a killed one left. The writer holds a lock, which goes with the process.
 fn open_part(place: &Path, old: Option<&Metadata>) -> io::Result<(File, TempPath)> {
     let name = place.file_name().unwrap_or_default().as_encoded_bytes();
     // Not the name itself: with more around it, it may be too long.
@@ -209,7 +210,7 @@ fn new_file(part: &Path, old: Option<&Metadata>) -> io::Result<File> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
-        // Open to no more than what it takes the place of; of a new file the umask says.
+        // Open to no more users than the file that it replaces; for a new file the umask decides.
         options.mode(old.map_or(0o666, |old| old.permissions().mode() & 0o777 | 0o600));
     }
     #[cfg(not(unix))]
@@ -217,7 +218,7 @@ fn new_file(part: &Path, old: Option<&Metadata>) -> io::Result<File> {
     options.open(part)
 }
 
-/// Removes what a killed program left; what somebody still writes is locked.
+/// Removes the part that a killed program left; a part that is still being written is locked.
 fn clear(part: &Path) {
     if !std::fs::symlink_metadata(part).is_ok_and(|about| about.is_file()) {
         return;
@@ -246,7 +247,7 @@ fn takes_after(_: &File, _: &Metadata) -> bool {
     true
 }
 
-/// Writes what is in a file over the one at a place, which keeps everything but its content.
+/// Writes the content of a file over the one at a place, which keeps everything else.
 fn overwrite(file: &mut File, place: &Path) -> io::Result<File> {
     let mut target = OpenOptions::new().write(true).open(place)?;
     file.rewind()?;

@@ -6,8 +6,8 @@ use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::Path;
 
-/// A file without a name that is copied into an [`Output`] when what stands before it is known; it
-/// goes with the program, however that ends.
+/// A file without a name that is copied into an [`Output`] when the content before it is known. It
+/// vanishes with the program, however that ends.
 #[derive(Debug)]
 pub struct Spool {
     writer: BufWriter<File>,

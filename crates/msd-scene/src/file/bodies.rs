@@ -21,7 +21,7 @@ use msd_core::{
 /// Reads the mesh that a scene names.
 pub(crate) type MeshReader<'r> = dyn Fn(&str) -> Result<Mesh, MeshError> + 'r;
 
-/// What bodies are built from.
+/// The inputs from which bodies are built.
 pub(crate) struct Builder<'b> {
     pub(crate) source: &'b Source<'b>,
     pub(crate) read_mesh: &'b MeshReader<'b>,
@@ -30,7 +30,7 @@ pub(crate) struct Builder<'b> {
     /// Precision that the scene asks for.
     pub(crate) precision: Precision,
     pub(crate) budget: Budget,
-    /// What was done to meshes, and what a material lacks, one line each.
+    /// Changes made to meshes, and gaps of materials, one line each.
     pub(crate) notes: Vec<String>,
 }
 
@@ -38,7 +38,7 @@ pub(crate) struct Builder<'b> {
 pub(crate) struct Built {
     pub(crate) part: Part,
     pub(crate) own_sets: OwnSets,
-    /// What it is made of; none where it is given by masses and springs.
+    /// Its material; none where it is given by masses and springs.
     pub(crate) made: Option<Made>,
 }
 
@@ -96,7 +96,7 @@ impl Builder<'_> {
         Ok(Built { part, own_sets: OwnSets::Lattice(lattice), made })
     }
 
-    /// Damps a body that is made of a substance, checks its numbers and says what it is made of.
+    /// Damps a body that is made of a substance, checks its numbers and returns its material.
     fn finish(
         &mut self,
         row: usize,
@@ -342,7 +342,7 @@ impl Builder<'_> {
                 Precision::F64 => (b - a).length_squared() != 0.0,
             }
         };
-        // Whoever writes two particles on one place means it.
+        // Two particles that a file puts on one place are meant to be there.
         let meant = |spring: &Spring| {
             let at = |end: usize| body.particles.get(spring.ends[end]).map(|row| row.position);
             body.kind == Kind::Explicit && at(0) == at(1)
@@ -391,7 +391,7 @@ pub(crate) fn named_mesh(
     read_mesh(file).map_err(|error| mesh_error(source, key.into(), error))
 }
 
-/// What is wrong with a mesh, and the key that led to it.
+/// The error of a mesh, and the key that led to it.
 pub(crate) fn mesh_error(source: &Source<'_>, key: String, error: MeshError) -> FileError {
     FileError::SceneMesh { place: source.place_of(&key), key, source: Box::new(error) }
 }

@@ -6,7 +6,7 @@ use msd_core::lattice::FAMILIES;
 use msd_core::{Neighbours, Scene};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What the bodies so far ask for.
+/// The demand of the bodies so far.
 #[derive(Default)]
 pub(crate) struct Budget {
     particles: u128,
@@ -22,7 +22,7 @@ static MEMORY: AtomicU64 = AtomicU64::new(if IS_SMALL { 1_000_000_000 } else { 4
 const IS_SMALL: bool = cfg!(target_pointer_width = "32");
 
 /// Sets the most memory that a scene opened by this process may take, bytes, by an estimate that is
-/// made before any of it is built: 4 GB until then, and 1 GB where addresses have 32 bits.
+/// made before any of it is built. The default is 4 GB, and 1 GB where addresses have 32 bits.
 pub fn limit_memory(bytes: u64) {
     MEMORY.store(bytes, Ordering::Relaxed);
 }
@@ -46,7 +46,7 @@ pub fn memory_of(scene: &Scene) -> f64 {
 }
 
 impl Budget {
-    /// Counts what a body asks for, before anything is allocated.
+    /// Counts the demand of a body, before anything is allocated.
     pub(crate) fn take(
         &mut self,
         source: &Source<'_>,
@@ -70,7 +70,8 @@ impl Budget {
         self.volumes = self.volumes.saturating_add(volumes);
     }
 
-    /// Counts what is no body of a scene file; `asks` is where it is asked for, and by which key.
+    /// Counts rows that are not bodies of a scene file; `asks` is the place that asks for them, and
+    /// the key.
     pub(crate) fn take_for(
         &mut self,
         asks: impl FnOnce() -> (Place, String),

@@ -54,7 +54,7 @@ pub(crate) fn understand(
     understand_rows(source, decode(source).map_err(elsewhere)?, read_mesh)
 }
 
-/// Understands rows; what is wrong with them is named by its place in their source.
+/// Understands rows; errors name the place in their source.
 ///
 /// # Errors
 /// The first thing that is wrong, by key.
@@ -127,7 +127,7 @@ pub(crate) fn understand_rows(
     })
 }
 
-/// What the rows that choose particles leave behind.
+/// The results of the rows that choose particles.
 struct Joined {
     /// See [`crate::Loaded::rest_scales`].
     rest_scales: Vec<(Range<usize>, f64)>,
@@ -157,8 +157,8 @@ fn join(
     Ok(Joined { rest_scales, held })
 }
 
-/// The springs of each body and of each row of links, which follow those of a scene, with what
-/// their rest lengths are multiplied by.
+/// The springs of each body and of each row of links, which follow those of a scene, with the
+/// factors of their rest lengths.
 fn rest_scales(
     scene: &Scene,
     file: &SceneFile,
@@ -205,7 +205,7 @@ fn fitting(scene: &Scene, notes: &mut Vec<String>) -> Precision {
     Precision::F64
 }
 
-/// Whether substeps are automatic, or how many there are.
+/// The number of substeps, or automatic.
 fn substeps(source: &Source<'_>, solver: &SolverRow) -> Result<OrAuto<u64>, FileError> {
     let step = source.walk("solver.step").last().flatten().map(|node| &node.value);
     match (step, solver.substeps) {

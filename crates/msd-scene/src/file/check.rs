@@ -1,4 +1,4 @@
-//! Checks of values against the domains of their keys, and what refusals say.
+//! Checks of values against the domains of their keys, and the words of refusals.
 
 use crate::error::{FileError, plain};
 use crate::file::keys::{Domain, KeyRow, without_rows};

@@ -51,10 +51,10 @@ pub(crate) fn names_of<T: DeserializeOwned>() -> &'static [&'static str] {
     }
 }
 
-/// What stands for a value that was refused.
+/// The placeholder of a value that was refused.
 const ANY: Node = Node { value: Value::Any, offset: None };
 
-/// What is wrong, and the path to it, innermost step first.
+/// A fault, and the path to it, innermost step first.
 #[derive(Debug)]
 pub struct Failure {
     reason: Reason,
@@ -116,7 +116,7 @@ impl Failure {
     }
 }
 
-/// What the list of all keys of a table begins with.
+/// The beginning of the list of all keys of a table.
 pub(crate) const ALL_KEYS: &str = "the keys are";
 
 /// The nearest of some names, or all of them.
@@ -192,7 +192,7 @@ fn shown(value: Unexpected<'_>) -> String {
     }
 }
 
-/// Says for a person what serde expects for a programmer.
+/// Puts an expectation of serde, which is for programmers, into words for a user.
 fn in_words(expected: &str) -> String {
     let words = match expected {
         "u32" => "a whole number from 0 to 4294967295",
@@ -343,7 +343,7 @@ struct List<'de> {
 }
 
 impl List<'_> {
-    /// A visitor of fixed length stops early: what is left over is refused.
+    /// A visitor of fixed length stops early: further elements are refused.
     fn finish<T>(&self, value: T) -> Result<T, Failure> {
         if self.next == self.rows.len() {
             return Ok(value);

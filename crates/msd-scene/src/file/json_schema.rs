@@ -11,8 +11,8 @@ const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
 /// The JSON Schema, draft 2020-12, of a scene file.
 ///
-/// It knows forms, domains, names and which kinds use a key. What depends on several values, such
-/// as keys that exclude each other, is checked where a scene is opened.
+/// It knows forms, domains, names and which kinds use a key. Rules about several values, such as
+/// keys that exclude each other, are checked where a scene is opened.
 pub fn json_schema() -> Json {
     let mut schema = Map::new();
     schema.insert("$schema".into(), "https://json-schema.org/draft/2020-12/schema".into());

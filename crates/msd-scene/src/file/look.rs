@@ -8,10 +8,10 @@ use crate::viewpoint::Viewpoint;
 use msd_core::Look;
 use std::fmt::Arguments;
 
-/// How body number `row` looks.
+/// The appearance of body number `row`.
 ///
 /// # Errors
-/// A value outside its domain, or the other side of a body that is no sheet.
+/// A value outside its domain, or the other side of a body that is not a sheet.
 pub(crate) fn look(
     source: &Source<'_>,
     (row, body): (usize, &BodyRow),
@@ -52,7 +52,7 @@ pub fn look_of(row: LookRow, is_sheet: bool) -> Result<Look, FileError> {
     look(&source, (0, &BodyRow { look: Some(row), ..BodyRow::default() }), is_sheet)
 }
 
-/// A look as a row: a finish, and what differs from it.
+/// A look as a row: a finish, and the differences from it.
 pub fn look_row(look: &Look) -> LookRow {
     let finish = Finish::of(look);
     let usual = finish.look();
@@ -68,7 +68,7 @@ pub fn look_row(look: &Look) -> LookRow {
     }
 }
 
-/// A colour as it is written.
+/// The written form of a colour.
 fn hex(colour: [f32; 3]) -> String {
     let [red, green, blue] = colour.map(|part| (part * 255.0).round() as u8);
     format!("#{red:02x}{green:02x}{blue:02x}")
@@ -79,7 +79,7 @@ fn shortest(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(value.into())
 }
 
-/// What a body of a kind seems to be made of.
+/// The finish that a body of a kind has by default.
 fn usual(kind: Kind, is_sheet: bool) -> Finish {
     match (kind, is_sheet) {
         (Kind::Mesh, true) | (Kind::Explicit, _) => Finish::Plastic,

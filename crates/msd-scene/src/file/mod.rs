@@ -1,12 +1,12 @@
 //! Scene files: text, tree of values, rows, scene.
 //!
 //! A text is read into a [`tree`] of values that know where they were written, some of which may be
-//! replaced; [`decode`] makes the rows of the [`schema`] of it, each of whose [`keys`] stands once.
+//! replaced. [`decode`] makes the rows of the [`schema`] of it, each of whose [`keys`] stands once.
 //! [`build`] checks each number against its domain ([`check`]) and makes the rows of a scene,
 //! obstacle by obstacle ([`obstacles`]) and body by body ([`bodies`], [`substance`], [`look`]),
 //! within a [`budget`] of memory. [`sets`] are particles that pins hold and links join.
-//! [`refusals`] finds what else is wrong with a file that was refused. [`refine`] makes the same
-//! scene at a part of its spacing, [`json_schema`] describes the format to other programs.
+//! [`refusals`] finds the other errors of a file that was refused. [`refine`] makes the same scene
+//! at a part of its spacing, [`json_schema`] describes the format to other programs.
 
 pub mod tree;
 pub mod keys;

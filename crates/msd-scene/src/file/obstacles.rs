@@ -33,7 +33,7 @@ pub(crate) fn plane(
 /// The keys `restitution`, `friction`, `tangential_loss` and `sticky` of a surface.
 type SurfaceKeys = (Option<f64>, Option<f64>, Option<f64>, Option<bool>);
 
-/// Restitution and friction of the surface of what stands at `key`.
+/// Restitution and friction of the surface of the obstacle at `key`.
 fn surface(
     source: &Source<'_>,
     key: &str,
@@ -62,7 +62,7 @@ fn surface(
     Ok((source.number(format_args!("{key}.restitution"), restitution)?, friction))
 }
 
-/// What solids are built from.
+/// The inputs from which solids are built.
 pub(crate) struct Solids<'b> {
     pub(crate) source: &'b Source<'b>,
     pub(crate) read_mesh: &'b MeshReader<'b>,

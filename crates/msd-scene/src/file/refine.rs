@@ -2,9 +2,9 @@
 //!
 //! A lattice keeps its particles and gets others between them; of a mesh every triangle is cut into
 //! four and the lattice inside is set closer. A body made of a material stays one of that material.
-//! One of alike springs keeps its density and the moduli that its springs give inside: how the
-//! value of a key follows stands in its row, [`Scale`](super::keys::Scale). Masses put on
-//! particles, and links, stay at the particles that they had.
+//! A body of alike springs keeps its density and the moduli that its springs give inside. The row
+//! of a key has the change of its value, [`Scale`](super::keys::Scale). Masses put on particles,
+//! and links, stay at the particles that they had.
 
 use crate::error::FileError;
 use crate::file::bodies::MeshReader;
@@ -32,7 +32,7 @@ pub(crate) struct Refined {
     pub(crate) common: Vec<[usize; 2]>,
 }
 
-/// What the particles of a body are found by in a finer one.
+/// The structure by which the particles of a body are found in a finer one.
 enum Nesting {
     /// A lattice of so many rows, columns and stacks.
     Lattice([u64; 3]),
@@ -50,17 +50,17 @@ impl Nesting {
     }
 }
 
-/// How often a spacing may be halved: further on no body fits a memory.
+/// The most halvings of a spacing: further on no body fits a memory.
 const MOST_HALVINGS: u32 = 8;
 /// The most triangles that a surface is cut into.
 const MOST_TRIANGLES: u128 = 1 << 22;
 
-/// Halves the spacing of every body of a source so many times; `coarse` is the scene as it is.
+/// Halves the spacing of every body of a source so many times; `coarse` is the unrefined scene.
 ///
 /// # Errors
-/// A body of particles and springs one by one; a pin, a mass or a link inside a mesh; a
-/// material of a set that is no space; drag or a force on each particle of bodies of different
-/// dimensions; more than fits.
+/// A body of particles and springs one by one; a pin, a mass or a link inside a mesh; a material of
+/// a set that is not a space; drag or a force on each particle of bodies of different dimensions;
+/// more than fits.
 pub(crate) fn refine(
     source: &Source<'_>,
     coarse: &Scene,
@@ -178,7 +178,7 @@ fn factor(path: &str, parts: u64, dimensions: u32) -> f64 {
     find(path).map_or(1.0, |key| key.scale.factor(parts, dimensions))
 }
 
-/// The world of finer bodies: what acts on each particle is shared out among more.
+/// The world of finer bodies: forces on each particle are shared out among more.
 fn world(
     source: &Source<'_>,
     (world, coarse): (&WorldRow, &Scene),
@@ -208,7 +208,7 @@ fn world(
     })
 }
 
-/// The pins of the finer scene: what stands where a pin was, and what stands between pins.
+/// The pins of the finer scene: the particles in the places of pins, and those between pins.
 fn pins(
     source: &Source<'_>,
     (pins, coarse): (&[PinRow], &Scene),
@@ -365,7 +365,7 @@ fn materials(
     file.materials.iter().enumerate().map(fine).collect()
 }
 
-/// The links of the finer scene: each joins what stands where its ends stood.
+/// The links of the finer scene: each joins the particles in the places of its ends.
 fn links(
     source: &Source<'_>,
     coarse: &Scene,

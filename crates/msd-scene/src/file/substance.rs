@@ -10,7 +10,7 @@ use msd_core::glam::DVec3;
 use msd_core::substance::{MOST_POISSON, SHEET_POISSON, SOLID_POISSON, round_section};
 use msd_core::{Bending, Body, Elasticity, Part, Scene, Settings, Simulation, Substance};
 
-/// How near that of springs a Poisson's ratio given for a sheet must be: 0.33 is meant for 1/3.
+/// The tolerance of a Poisson's ratio given for a sheet, about that of springs: 0.33 means 1/3.
 const POISSON_WITHIN: f64 = 0.005;
 
 /// The most particles of a body whose slowest motion is sought: it takes seconds.
@@ -19,7 +19,7 @@ const MOST_SOUGHT: usize = 4000;
 /// The strain of a column at its foot under its own weight, by Hooke's law, above which it is said.
 const MOST_STRAIN: f64 = 0.5;
 
-/// The keys of a substance in a row, each with what it is given as.
+/// The keys of a substance in a row, each with its value.
 fn given(body: &BodyRow) -> [(&'static str, Option<f64>); 15] {
     [
         ("young", body.young),
@@ -40,7 +40,7 @@ fn given(body: &BodyRow) -> [(&'static str, Option<f64>); 15] {
     ]
 }
 
-/// The first key of a row that says what the body is made of.
+/// The first key of a row that names the material of the body.
 pub(super) fn first_key(body: &BodyRow) -> Option<&'static str> {
     // That of a mesh is a part of the stiffness of its other springs.
     let means_else = |key| body.kind == Kind::Mesh && key == "bending";
@@ -59,7 +59,7 @@ struct Keys<'k> {
     material: Option<Numbers>,
 }
 
-/// Reads what body number `row`, which may be a shell of a mesh, is made of; `None` where it is
+/// Reads the material of body number `row`, which may be a shell of a mesh; `None` where it is
 /// given by masses and springs.
 ///
 /// # Errors
@@ -101,7 +101,7 @@ pub(crate) fn known(source: &Source<'_>, key: &str, name: &str) -> Result<Number
         return Ok(material.numbers);
     }
     let names = || MATERIALS.iter().map(|material| material.name);
-    // The middle one of a family: "gelatine" is no misspelling.
+    // The middle one of a family: "gelatine" is not a misspelling.
     let written = name.to_lowercase();
     let family: Vec<&str> = names().filter(|known| known.starts_with(&written)).collect();
     let of_family = family.get(family.len() / 2).copied().filter(|_| !written.is_empty());
@@ -223,7 +223,7 @@ impl Keys<'_> {
         Ok((Elasticity::Sheet { warp, weft, shear, bending }, density))
     }
 
-    /// How a sheet resists bending, if that is given.
+    /// The bending resistance of a sheet, if that is given.
     fn bending(&self) -> Result<Option<Bending>, FileError> {
         let (source, row) = (self.source, self.row);
         let woven = ["bending_warp", "bending_weft", "bending_bias"];
@@ -243,7 +243,7 @@ impl Keys<'_> {
         let least = 0.25 * (warp + weft);
         if bias < least {
             let limit = "(bending_warp + bending_weft)/4";
-            // The others may be those of a material: what is named was written.
+            // The others may be those of a material: the message names a key that was written.
             let is_own = self.of_row("bending_bias").is_some();
             let written = of_row.filter(|_| !is_own).unwrap_or("bending_bias");
             let expected = match is_own {
@@ -296,7 +296,7 @@ impl Keys<'_> {
         }
     }
 
-    /// What a key is given as in the row, or by the material.
+    /// The value of a key in the row, or by the material.
     fn value(&self, key: &str) -> Option<f64> {
         self.of_row(key).or_else(|| self.of_material(key))
     }
@@ -345,7 +345,7 @@ impl Keys<'_> {
     }
 }
 
-/// Damps a part by the ratio ζ of its row, if it has one: by the relaxation time 2 ζ/w, w being the
+/// Damps a part by the ratio ζ of its row, if it has one. The relaxation time is 2 ζ/w, w being the
 /// angular frequency of the slowest motion of the body on its own.
 ///
 /// # Errors
@@ -382,7 +382,7 @@ pub(super) fn damp(
     Ok(())
 }
 
-/// What a body is made of, as an engineer would say it.
+/// The material of a body, as an engineer would say it.
 pub(super) fn made(body: &BodyRow, substance: &Substance, part: &Part) -> Made {
     let (young, poisson, section) = match substance.elasticity {
         Elasticity::Solid { young, poisson } => (Some(young), Some(poisson), 1.0),
@@ -409,7 +409,7 @@ pub(super) fn made(body: &BodyRow, substance: &Substance, part: &Part) -> Made {
     }
 }
 
-/// What a body does not have of the material that it names; nothing of a rope.
+/// The properties that a body lacks of the material that it names; none of a rope.
 pub(super) fn caveat(body: &BodyRow, substance: &Substance) -> Option<String> {
     let name = body.material.as_deref().filter(|_| body.poisson.is_none())?;
     let Numbers::Uniform { poisson, .. } = named(name)?.numbers else { return None };
@@ -447,7 +447,7 @@ pub(super) fn overburdened(scene: &Scene, made: &[Option<Made>]) -> Vec<String> 
     notes.collect()
 }
 
-/// The gravity times how far a body reaches along it, square metres per second squared.
+/// The gravity times the extent of a body along it, square metres per second squared.
 fn drop(scene: &Scene, body: &Body) -> f64 {
     let gravity: DVec3 = scene.world.gravity;
     let depths =

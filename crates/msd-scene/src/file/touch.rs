@@ -44,8 +44,8 @@ pub(crate) fn touch(
     Ok(())
 }
 
-/// How the bodies of a scene meet where some keys inside `bodies[N].touch` are set; other keys are
-/// passed over.
+/// The collision settings of the bodies of a scene where some keys inside `bodies[N].touch` are
+/// set; other keys are ignored.
 ///
 /// # Errors
 /// A number out of its domain, an unknown name, a body without a thickness.
@@ -68,8 +68,8 @@ pub fn shells_of<'e>(
     shells(&source, (&rows, &exempt), scene, &mut Vec::new())
 }
 
-/// How the bodies of a scene meet, as rows of a scene file, where some keys are set as in
-/// [`shells_of`]. How two bodies meet stands with the later one.
+/// The collision settings of the bodies of a scene, as rows of a scene file, where some keys are
+/// set as in [`shells_of`]. Settings of two bodies stand with the later one.
 ///
 /// # Errors
 /// A key or a value that a scene cannot have.
@@ -96,7 +96,7 @@ fn own<'s>(shells: &'s [Shell], scene: &Scene, body: usize) -> Option<(usize, &'
     shells.iter().enumerate().find(|(_, shell)| shell.is_of(&scene.bodies[body]))
 }
 
-/// How a body of a scene meets others, as a row of a scene file.
+/// The collision settings of a body of a scene, as a row of a scene file.
 fn written(scene: &Scene, row: usize) -> Option<TouchRow> {
     let (_, shell) = own(&scene.shells, scene, row)?;
     let key = |shell: usize| {
@@ -185,7 +185,7 @@ fn other_body<'w>(
     Err(source.refuse(format_args!("{key}"), reason))
 }
 
-/// Sets how bodies meet those of a material; what an entry says of a single body stands.
+/// Sets the contact of bodies with those of a material; an entry for a single body stands.
 fn meet_materials(
     source: &Source<'_>,
     bodies: &[BodyRow],
@@ -315,8 +315,8 @@ fn shell(scene: &Scene, row: usize, thickness: f64) -> Shell {
     shell
 }
 
-/// How a body of a scene meets others by default; `None` where there is no such body, or no springs
-/// from which its thickness follows.
+/// The default collision settings of a body of a scene; `None` where there is no such body, or no
+/// springs from which its thickness follows.
 pub fn default_shell(scene: &Scene, body: usize) -> Option<Shell> {
     scene.bodies.get(body)?;
     let spacing = spacing(scene, body)?;
@@ -353,7 +353,7 @@ fn closed(scene: &Scene, shell: &Shell) -> Vec<[usize; 2]> {
     pairs
 }
 
-/// After how many rounds of exempting features the rest is left to contact.
+/// Rounds of exempting features after which the rest is left to contact.
 const MOST_ROUNDS: usize = 8;
 
 /// A line on the keys of older files that have no effect, as contact has no stiffness.
@@ -446,8 +446,8 @@ fn spacing_of(scene: &Scene, row: usize, particles: &[usize]) -> Option<f64> {
 /// side: across, (√2 − 1).
 const HOLE: f64 = 0.414;
 
-/// The least extent of a shape and the next, metres; of a mesh both are that of the largest ball in
-/// it, or a cell where none is seen: a run reports what passes through thin parts.
+/// The least extent of a shape and the next, metres. Of a mesh both are that of the largest ball in
+/// it, or a cell where none is seen: a run reports particles that pass through thin parts.
 fn extents(shape: &Shape) -> [f64; 2] {
     let thickness = shape.thickness();
     match *shape {
@@ -465,8 +465,8 @@ fn extents(shape: &Shape) -> [f64; 2] {
     }
 }
 
-/// A line on each solid and body that pass through each other: particles on both sides of what is
-/// thinner than they are apart, or what fits through the squares of a sheet.
+/// A line on each solid and body that pass through each other. Such a solid is thinner than the
+/// distance of two particles, or fits through the squares of a sheet.
 pub(crate) fn pierced(scene: &Scene) -> Vec<String> {
     let mut notes = Vec::new();
     let extents: Vec<_> = scene.solids.iter().map(|solid| extents(&solid.shape)).collect();

@@ -10,7 +10,7 @@ use msd_core::scene::solid::rotation;
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 
-/// The rotation of what stands at `key`.
+/// The rotation of the row at `key`.
 pub(crate) fn turn(
     source: &Source<'_>,
     key: &str,
@@ -22,7 +22,7 @@ pub(crate) fn turn(
     Ok(rotation(axis, source.number_in(Domain::Finite, angle, row.angle_deg)?.to_radians()))
 }
 
-/// The key frames of what stands at `key`, after its start.
+/// The key frames of the row at `key`, after its start.
 pub(crate) fn key_frames(
     source: &Source<'_>,
     (key, rows): (&str, &[KeyFrameRow]),
@@ -56,7 +56,7 @@ pub(crate) fn key_frames(
     Ok(frames)
 }
 
-/// The angular velocity of what stands at `key`, radians per second.
+/// The angular velocity of the row at `key`, radians per second.
 pub(crate) fn spin(source: &Source<'_>, key: &str, row: Option<Spin>) -> Result<DVec3, FileError> {
     let about = match row {
         None => return Ok(DVec3::ZERO),

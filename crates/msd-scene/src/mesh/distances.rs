@@ -15,9 +15,9 @@ const AROUND: f64 = 2.0;
 /// Samples of the surface along the edge of a cell, at which its error is measured.
 const SAMPLES: f64 = 2.0;
 
-/// Makes the shape of a solid of a closed mesh: its signed distances on a grid of points, the
-/// centre of its bounding box at the origin and its longest side `length`, metres. A cell has the
-/// edge `cell`, metres, by default a 64th of that side.
+/// Makes the shape of a solid of a closed mesh. It has its signed distances on a grid of points,
+/// the centre of its bounding box at the origin and its longest side `length`, metres. A cell has
+/// the edge `cell`, metres, by default a 64th of that side.
 ///
 /// A point is inside by the nonzero rule, so pieces that overlap are one solid. The error of the
 /// interpolated surface is the largest found at points of the surface, half a cell apart, and at

@@ -3,9 +3,9 @@
 /// A place in a file: a line, counted from 1, or a vertex, face or facet, counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Row {
-    /// What is counted.
+    /// The kind of row.
     pub item: &'static str,
-    /// Which one.
+    /// Its number.
     pub row: usize,
 }
 
@@ -22,7 +22,7 @@ pub enum MeshError {
     /// A file that could not be read at all.
     #[error("{file}: cannot be read: {reason}")]
     Unreadable {
-        /// Which file.
+        /// The file.
         file: String,
         /// Why, in the words of the operating system.
         reason: String,
@@ -32,7 +32,7 @@ pub enum MeshError {
         "{file}: unknown mesh format '{extension}'; it must be one of obj, stl, ply, gltf, glb"
     )]
     UnknownFormat {
-        /// Which file.
+        /// The file.
         file: String,
         /// Its ending, without the dot.
         extension: String,
@@ -40,21 +40,21 @@ pub enum MeshError {
     /// A file that does not follow its format.
     #[error("{file}: {}{reason}", row.map(|row| format!("{row}: ")).unwrap_or_default())]
     Malformed {
-        /// Which file.
+        /// The file.
         file: String,
         /// Where, if that is known.
         row: Option<Row>,
-        /// What is wrong.
+        /// The fault.
         reason: String,
     },
     /// A value outside its domain.
     #[error("{file}: {row}: {quantity} is {value}; it must be {expected}")]
     OutOfDomain {
-        /// Which file.
+        /// The file.
         file: String,
         /// Where.
         row: Row,
-        /// What the value measures.
+        /// The quantity of the value.
         quantity: &'static str,
         /// The value.
         value: String,
@@ -64,9 +64,9 @@ pub enum MeshError {
     /// A file shorter than its own header says.
     #[error("{file}: the header announces {needed} bytes of {what}, but only {present} follow")]
     Truncated {
-        /// Which file.
+        /// The file.
         file: String,
-        /// What is missing.
+        /// The missing part.
         what: String,
         /// The fewest bytes it could take.
         needed: u128,
@@ -76,13 +76,13 @@ pub enum MeshError {
     /// More rows than fit.
     #[error("{file}: {what} would be {count}; at most {limit} fit")]
     TooLarge {
-        /// Which file.
+        /// The file.
         file: String,
-        /// What is counted.
+        /// The kind of row.
         what: &'static str,
-        /// How many there would be.
+        /// Their number.
         count: u128,
-        /// How many fit.
+        /// The most that fit.
         limit: u128,
     },
     /// An interior lattice with more points than fit.
@@ -92,13 +92,13 @@ pub enum MeshError {
         if *count < 1_000_000_000 { count.to_string() } else { format!("{:.0e}", *count as f64) }
     )]
     TooFine {
-        /// Which file.
+        /// The file.
         file: String,
         /// The spacing asked for, metres.
         spacing: f64,
-        /// How many points there would be, saturated.
+        /// The number of points, saturated.
         count: u128,
-        /// How many fit.
+        /// The most that fit.
         limit: u128,
     },
     /// A mesh without a single usable face.
@@ -107,7 +107,7 @@ pub enum MeshError {
         faces => format!("no face with an area is left of {faces} read"),
     })]
     Empty {
-        /// Which file.
+        /// The file.
         file: String,
         /// Triangles in the file, polygons cut up.
         faces: usize,
@@ -118,7 +118,7 @@ pub enum MeshError {
          close its holes, or ask for a shell", 100.0 * undecided
     )]
     Undecided {
-        /// Which file.
+        /// The file.
         file: String,
         /// The share of its area, from 0 to 1.
         undecided: f64,
@@ -129,7 +129,7 @@ pub enum MeshError {
          than two faces"
     )]
     Open {
-        /// Which file.
+        /// The file.
         file: String,
         /// Edges with a single face.
         open: usize,
@@ -139,7 +139,7 @@ pub enum MeshError {
     /// A grid of distances too coarse for its mesh.
     #[error("{file}: with a cell of {cell} no point of the grid is inside: make it smaller")]
     TooCoarse {
-        /// Which file.
+        /// The file.
         file: String,
         /// The edge of a cell asked for, metres.
         cell: f64,
@@ -147,7 +147,7 @@ pub enum MeshError {
     /// An option outside its domain.
     #[error("{quantity} of the mesh body is {value}; it must be {expected}")]
     Option {
-        /// What the option measures.
+        /// The quantity of the option.
         quantity: &'static str,
         /// The value given.
         value: f64,

@@ -1,6 +1,6 @@
 //! Files that are not the mesh that their names promise.
 
-/// Beginnings of files, each with what the file is and what to do about it.
+/// Beginnings of files, each with the format of the file and advice.
 const BEGINNINGS: [(&[u8], &str); 12] = [
     (b"version https://git-lfs", "a Git LFS pointer, not the file itself: run `git lfs pull`"),
     (b"PK\x03\x04", "a ZIP archive: unpack it"),
@@ -16,7 +16,7 @@ const BEGINNINGS: [(&[u8], &str); 12] = [
     (b"<html", "an HTML page, as servers send instead of a file"),
 ];
 
-/// What a file of an ending is instead that could not be read, if its beginning shows it.
+/// The true format of a file that could not be read by its ending, if its beginning shows it.
 pub(crate) fn foreign(bytes: &[u8], ending: &str) -> Option<String> {
     let start = bytes.trim_ascii_start();
     let begins =

@@ -69,7 +69,7 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// The names in the file, each with its triangles.
     pub groups: Vec<Group>,
-    /// What was read and cleaned.
+    /// Counts of the read and the cleaning.
     pub report: MeshReport,
 }
 
@@ -80,8 +80,8 @@ impl Mesh {
     }
 }
 
-/// What was read and cleaned; `vertices_read` = vertices left + `welded` + `unused`, unless closed
-/// parts that touch share vertices in the file, which are left once for each.
+/// Counts of the read and the cleaning. `vertices_read` = vertices left + `welded` + `unused`,
+/// unless closed parts that touch share vertices in the file: those are left once for each part.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MeshReport {
     /// Vertices in the file.
@@ -282,7 +282,7 @@ fn read_bytes(path: &Path, name: &str) -> Result<Vec<u8>, MeshError> {
     std::fs::read(path).map_err(|error| unreadable(error.to_string()))
 }
 
-/// Turns the %20 of an address back into what it stands for.
+/// Turns the %20 of an address back into its character.
 fn decode_percent(address: &str) -> String {
     let mut bytes = Vec::with_capacity(address.len());
     let mut rest = address.as_bytes();

@@ -1,8 +1,8 @@
 //! Meshes: OBJ, STL, PLY and glTF in; particles and springs out.
 //!
 //! [`read`] or [`parse`] gives a [`Mesh`]: duplicate vertices welded, degenerate faces dropped,
-//! faces turned outward, and a [`MeshReport`] that says how many. [`body`] turns the mesh into a
-//! [`Part`](msd_core::Part): a solid with an interior lattice if it is closed, else a shell;
+//! faces turned outward, and a [`MeshReport`] that counts them. [`body`] turns the mesh into a
+//! [`Part`](msd_core::Part): a solid with an interior lattice if it is closed, else a shell.
 //! [`distances`] turns it into the shape of an obstacle.
 //!
 //! ```

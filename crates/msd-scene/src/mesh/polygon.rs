@@ -9,8 +9,8 @@ use robust::{Coord, orient2d};
 /// The most corners of a face that is not convex: the time grows with their square.
 pub(crate) const MOST_CORNERS: usize = 10_000;
 
-/// How near the cut a corner may be, as a share of its length, and still be on it: a triangle so
-/// thin would be dropped, and leave a crack.
+/// The distance from the cut, as a share of its length, within which a corner is on it: a triangle
+/// so thin would be dropped, and leave a crack.
 const NEAR: f64 = 1e-9;
 
 /// A polygon as triangles.
@@ -22,7 +22,7 @@ pub(crate) struct Cut {
     pub(crate) crossed: bool,
 }
 
-/// Cuts a polygon into triangles that cover what it covers; `None` if it has too many corners.
+/// Cuts a polygon into triangles that cover the same area; `None` if it has too many corners.
 ///
 /// A fan around the first corner wherever that covers the polygon. A hole may be joined to the
 /// outline by a slit, along which it runs twice.
@@ -79,14 +79,14 @@ fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     orient2d(a, b, c)
 }
 
-/// What is left of a polygon while ears are clipped.
+/// The rest of a polygon while ears are clipped.
 struct Outline<'a> {
     points: &'a [DVec2],
     next: Vec<usize>,
     previous: Vec<usize>,
     /// Corners that turn left; one that does stays so.
     convex: Vec<bool>,
-    /// A corner that is left, and how many are.
+    /// A corner that is left, and the number of them.
     start: usize,
     left: usize,
 }
@@ -115,7 +115,8 @@ impl<'a> Outline<'a> {
         }
         let mut triangles = Vec::with_capacity(self.left.saturating_sub(2));
         let mut corner = self.start;
-        // How many corners in a row were no ears, and how near the cut others are on it.
+        // The number of corners in a row that were not ears, and the distance within which others
+        // are on the cut.
         let (mut tried, mut near) = (0, NEAR);
         // A corner beside the last ear: of a spiral only its ends have ears.
         let mut beside = None;
@@ -191,7 +192,7 @@ mod tests {
         corners.iter().map(|&[x, y]| DVec3::new(x.into(), y.into(), 0.0)).collect()
     }
 
-    /// Twice the area that the triangles cover, and what each covers is counted once.
+    /// Twice the sum of the areas of the triangles, each of which is positive.
     fn covered(corners: &[DVec3]) -> f64 {
         let cut = cut(corners).unwrap();
         assert!(!cut.crossed);

@@ -1,4 +1,4 @@
-//! Raw triangles: what a file holds before it is cleaned.
+//! Raw triangles: the content of a file before it is cleaned.
 
 use crate::mesh::error::{MeshError, Row, one_line};
 use crate::mesh::polygon::{MOST_CORNERS, cut};
@@ -129,7 +129,7 @@ pub(crate) fn check_coordinate(
     Err(out_of_domain(at, quantity, value.to_string(), format!("finite and within ±{EXTENT:e}")))
 }
 
-/// Checks that a count fits what a scene can hold.
+/// Checks that a count fits into a scene.
 pub(crate) fn check_count(file: &str, what: &'static str, count: u128) -> Result<(), MeshError> {
     // A closed mesh has about twice as many triangles as vertices; one limit serves both.
     let limit = 2 * MAX_PARTICLES as u128;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-/// How far a rest length may be off that of a lattice, as a fraction of the spacing.
+/// The tolerance of a rest length about that of a lattice, as a fraction of the spacing.
 const SLACK: f64 = 1e-3;
 
 /// A part of a model that can be left out.
@@ -31,7 +31,7 @@ pub enum Part {
 }
 
 impl Part {
-    /// All parts, in the order in which they are told.
+    /// All parts, in the order in which they are listed.
     pub const ALL: [Part; 7] = [
         Part::Damping,
         Part::Gravity,
@@ -42,7 +42,7 @@ impl Part {
         Part::Contact,
     ];
 
-    /// What it is called.
+    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Part::Damping => "damping",
@@ -55,8 +55,9 @@ impl Part {
         }
     }
 
-    /// The springs that it consists of, as ascending ranges of rows; of what is no kind of spring
-    /// none. `None` where the scene does not have it, or has it with springs that do nothing.
+    /// The springs that it consists of, as ascending ranges of rows; empty for a part that is not a
+    /// kind of spring. `None` where the scene does not have it, or has it with springs that do
+    /// nothing.
     pub fn found_in(self, scene: &Scene) -> Option<Vec<Range<usize>>> {
         let springs = self.springs(scene);
         let is_there = match self {

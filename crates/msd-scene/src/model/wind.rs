@@ -17,7 +17,7 @@ pub struct Wind {
     pub strength: f64,
     /// Where it blows to: angle about the y axis, radians; 0 is the x axis, a quarter turn −z.
     pub heading: f64,
-    /// By what part of its strength it comes and goes, 0 to 1.
+    /// The part of its strength by which it comes and goes, 0 to 1.
     pub gusts: f64,
 }
 
@@ -47,7 +47,7 @@ impl Wind {
         Wind { strength: self.strength * (1.0 + self.gusts), ..self.mean() }
     }
 
-    /// Whether it comes and goes.
+    /// Returns whether it is gusty.
     pub fn is_gusty(&self) -> bool {
         0.0 < self.gusts && 0.0 < self.strength
     }

@@ -1,4 +1,4 @@
-//! The envelope of files of msd: what it is, by which format it was made, and that it is whole.
+//! The envelope of files of msd: their kind, their format, and a hash of each frame.
 //!
 //! A file starts with a line of text, `msd KIND, format N`. Frames follow: the length of their
 //! content (8 bytes, the lowest first), the content, and its BLAKE3 hash (O'Connor and others,
@@ -15,7 +15,7 @@ use std::path::Path;
 /// A kind of file, and the format of it that this msd writes and reads.
 #[derive(Clone, Copy, Debug)]
 pub struct FileKind {
-    /// What it is, as a message says it.
+    /// Its kind, as a message says it.
     pub what: &'static str,
     /// The number of its format.
     pub format: u32,
@@ -66,7 +66,7 @@ impl FileKind {
     /// Reads a file into memory once its first line is that of this kind.
     ///
     /// # Errors
-    /// A file that cannot be read, and what [`FileKind::frames`] refuses.
+    /// A file that cannot be read, and the errors of [`FileKind::frames`].
     pub fn load(&self, path: &Path) -> Result<Vec<u8>, FileError> {
         let file = shown_path(path);
         let refused = |reason: String| FileError::Unreadable { file: file.clone(), reason };
@@ -119,7 +119,7 @@ pub struct Frames<'a> {
     name: &'a str,
 }
 
-/// What stands where a frame is looked for.
+/// The result of looking for a frame.
 #[derive(Debug)]
 pub enum Found<'a> {
     /// A whole frame with this content.
@@ -128,7 +128,7 @@ pub enum Found<'a> {
     End,
     /// A part of a frame at the end of the file.
     Torn,
-    /// A frame whose content is not what was written.
+    /// A frame whose content differs from what was written.
     Damaged,
 }
 
@@ -173,7 +173,8 @@ impl<'a> Frames<'a> {
     /// [`FileError::Malformed`].
     pub fn decode<T: DeserializeOwned>(&self, content: &[u8]) -> Result<T, FileError> {
         let wrong = |reason: String| malformed(self.name, reason);
-        // Its hash fits, so another program made it. What is allocated is bounded by what is there.
+        // Its hash fits, so another program made it. The length of the content bounds the
+        // allocation.
         match postcard::take_from_bytes(content) {
             Ok((value, [])) => Ok(value),
             Ok((_, rest)) => Err(wrong(format!("has {} bytes too many in a part", rest.len()))),
@@ -181,7 +182,7 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// The error of a frame whose content is not what was written.
+    /// The error of a frame whose content differs from what was written.
     pub fn damaged(&self) -> FileError {
         self.malformed("is damaged: its checksum does not fit")
     }

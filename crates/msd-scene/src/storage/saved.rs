@@ -10,10 +10,10 @@ use crate::storage::envelope::{FileKind, Found, frame};
 use std::io::Write;
 use std::path::Path;
 
-/// How the name of a saved run ends.
+/// The file extension of a saved run.
 pub(crate) const ENDING: &str = "msd";
 
-/// Raised whenever what is written changes its form.
+/// Raised whenever the written form changes.
 const KIND: FileKind = FileKind { what: "saved run", format: 17, oldest: 16 };
 
 /// Writes a run into a file that appears whole, or stays the old one, whatever
@@ -54,12 +54,12 @@ pub fn load_saved(path: &Path) -> Result<Loaded, FileError> {
     read_saved(&KIND.load(path)?, &shown_path(path))
 }
 
-/// Reads a saved run from the bytes of a file called `name`. What it says is checked
-/// where it becomes a run, as with any scene.
+/// Reads a saved run from the bytes of a file called `name`. Its content is checked where it
+/// becomes a run, as with any scene.
 ///
 /// # Errors
 /// [`FileError::Format`] for a file of another format; [`FileError::Malformed`] for bytes that are
-/// no saved run, are cut short or do not fit their checksum.
+/// not a saved run, are cut short or do not fit their checksum.
 pub fn read_saved(bytes: &[u8], name: &str) -> Result<Loaded, FileError> {
     let mut frames = KIND.frames(bytes, name)?;
     let mut loaded: Loaded = frames.expect()?;

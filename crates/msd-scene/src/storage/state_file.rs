@@ -18,8 +18,8 @@ use std::str::FromStr;
 /// The first line of a state file.
 pub const HEADER: [&str; 7] = ["particle", "x", "y", "z", "vx", "vy", "vz"];
 
-/// More than the longest row takes, bytes: seven numbers of at most 25 characters. What lies
-/// beyond is not read, so that a file without line ends cannot fill the memory.
+/// More than the longest row takes, bytes: seven numbers of at most 25 characters. Bytes beyond
+/// that are not read, so that a file without line ends cannot fill the memory.
 const ROW_BYTES: u64 = 1024;
 
 /// Writes a state.

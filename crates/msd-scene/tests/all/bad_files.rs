@@ -13,7 +13,7 @@ fn toml(text: &str) -> Result<Loaded, String> {
     parse(text, SceneFormat::Toml, "s.toml").map_err(|error| error.to_string())
 }
 
-/// Checks a refusal; ` ... ` in what is told stands for any text.
+/// Checks a refusal; ` ... ` in the expected message stands for any text.
 fn check(message: &str, told: &str) {
     let one_line = message.lines().count() == 1 && !message.contains(char::is_control);
     assert!(one_line && message.len() < 250, "{message:?}");
@@ -39,11 +39,11 @@ fn pair(springs: &str) -> String {
 
 const ROPE: &str = "kind = 'rope'\nsize = [3]\n";
 
-/// What is told of a spacing of the sixth line.
+/// The message about a spacing of the sixth line.
 const TOO_FINE: &str =
     "s.toml:6:11: bodies[0].spacing: bunny.obj: ... at most 2097152 fit: make the spacing larger";
 
-/// Lines after those of a rope of three particles, and what is told.
+/// Lines after those of a rope of three particles, and the message.
 const LINES: [(&str, &str); 85] = [
     (
         "rotation = [0, 1, 0]",
@@ -228,7 +228,7 @@ const LINES: [(&str, &str); 85] = [
     ("spin = { axis = [1, 0, 0] }", "bodies[0].spin lacks the key `speed`"),
 ];
 
-/// Lines of a body, and what is told.
+/// Lines of a body, and the message.
 const BODIES: [(&str, &str); 39] = [
     ("kind = 'blok'", "bodies[0].kind is \"blok\"; it must be one of rope, cloth, block"),
     ("kind = 'blok'", "did you mean `block`?"),
@@ -320,7 +320,7 @@ const BODIES: [(&str, &str); 39] = [
     ("kind = 'mesh'\nfile = 'bunny.obj'\nlength = 2\nspacing = 1e-300", TOO_FINE),
     // A scene that is only text reaches for no file.
     ("kind = 'mesh'\nfile = '/etc/passwd.obj'", "only a scene that is loaded from a file"),
-    // What a file holds cannot move the cursor of a terminal.
+    // The content of a file cannot move the cursor of a terminal.
     ("kind = \"a\\u001b[2Jb\\n\"", "bodies[0].kind is \"a\\u{1b}[2Jb\\n\"; it must be"),
     (
         "kind = \"mesh\"\nfile = \"a\\u001b.obj\"",
@@ -328,7 +328,7 @@ const BODIES: [(&str, &str); 39] = [
     ),
 ];
 
-/// Springs between two particles, and what is told.
+/// Springs between two particles, and the message.
 const SPRINGS: [(&str, &str); 6] = [
     (
         "{ ends = [0, 0] }",
@@ -344,7 +344,7 @@ const SPRINGS: [(&str, &str); 6] = [
     ("{ ends = [0, 1], rest_length = -1 }", "springs[0].rest_length is -1"),
 ];
 
-/// Whole scenes, and what is told.
+/// Whole scenes, and the message.
 const SCENES: [(&str, &str); 16] = [
     ("version = 2\nbodies = []", "version is 2; it must be 1"),
     ("version = 1\nbodies = []", "bodies is empty; a scene needs at least one body"),
@@ -364,7 +364,7 @@ const SCENES: [(&str, &str); 16] = [
     ("version = 1\n[[pins]]\npartcle = 1", "in pins[0]; did you mean `particle`?"),
 ];
 
-/// Whole scenes in JSON, and what is told.
+/// Whole scenes in JSON, and the message.
 const JSON: [(&str, &str); 5] = [
     ("{\"version\": 1,\n \"bodies\": [", "s.json:2:"),
     ("{\"version\": 1, \"bodies\": [{\"kind\"", "s.json:1:"),
@@ -373,7 +373,7 @@ const JSON: [(&str, &str); 5] = [
     ("{\"version\": null}", "version is null"),
 ];
 
-/// Meshes, and how what is told begins.
+/// Meshes, and the beginning of the message.
 const MESHES: [(Format, &str, &str); 28] = [
     (
         Obj,
@@ -445,7 +445,7 @@ const MESHES: [(Format, &str, &str); 28] = [
         "nodes":[{"children":[1]},{"children":[0]}]}"#,
         "node 0 has more than one parent",
     ),
-    // What is parsed touches no other file.
+    // A parsed text touches no other file.
     (
         Gltf,
         r#"{"asset":{"version":"2.0"},"buffers":[{"uri":"a.bin","byteLength":3}]}"#,
@@ -453,7 +453,7 @@ const MESHES: [(Format, &str, &str); 28] = [
     ),
 ];
 
-/// Scenes in TOML, and what is told.
+/// Scenes in TOML, and the message.
 fn scenes() -> impl Iterator<Item = (String, &'static str)> {
     let rows = LINES.map(|(line, told)| (body(&format!("{ROPE}{line}")), told)).into_iter();
     let rows = rows.chain(BODIES.map(|(lines, told)| (body(lines), told)));
@@ -467,7 +467,7 @@ fn the_json_schema_refuses_what_is_wrong_with_single_values() {
     let values = scenes().filter_map(|(text, _)| toml::from_str::<serde_json::Value>(&text).ok());
     let (refused, accepted): (Vec<_>, Vec<_>) =
         values.partition(|value| !validator.is_valid(value));
-    // What remains depends on several values, on a mesh or on memory.
+    // The others depend on several values, on a mesh or on memory.
     assert!(80 <= refused.len() && accepted.len() < 60, "{}: {accepted:#?}", refused.len());
 }
 
@@ -497,7 +497,7 @@ fn what_is_wrong_with_a_mesh_is_told_by_row_value_and_domain() {
     facet[12..16].copy_from_slice(&f32::INFINITY.to_le_bytes());
     check_mesh(Stl, &binary(1, &facet), "vertex 0: x is inf; it must be finite and within ±1e9");
     check_mesh(Stl, &[b'x'; 90], "");
-    // Headers that announce what would fill the memory.
+    // Headers that announce more rows than fit the memory.
     let told = "the header announces 214748364750 bytes of facets, but only 0 follow";
     check_mesh(Stl, &binary(u32::MAX, &[]), told);
     for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
@@ -513,7 +513,7 @@ fn what_looks_wrong_in_a_mesh_and_is_not_is_read() {
     // A negative index counts back.
     let mesh = mesh::parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n", Obj, "back");
     assert_eq!(mesh.unwrap().triangles, [[0, 1, 2]]);
-    // A polyline is no face.
+    // A polyline is not a face.
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nv 5 5 5\nl 1 2 4\np 1\n";
     let mesh = mesh::parse(text.as_bytes(), Obj, "lines").unwrap();
     assert_eq!((mesh.triangles.len(), mesh.report.unused), (1, 1));

@@ -27,7 +27,7 @@ fn a_half_space_is_placed_turned_and_set_in_motion() {
     .expect("a scene");
     let solid = &loaded.scene.solids[0];
     assert_eq!((&solid.shape, solid.restitution), (&Shape::HalfSpace, 0.3));
-    // What was up is +x, and after π seconds up again.
+    // Its previous up is +x, and after π seconds up again.
     assert!((solid.axes.y_axis.x - 1.0).abs() < 1e-15);
     let placed = Placed::new(solid, std::f64::consts::PI);
     assert!((placed.axes.y_axis.y - 1.0).abs() < 1e-15);

@@ -32,7 +32,7 @@ fn a_link_to_a_solid_ends_at_the_nearest_point_of_its_surface_which_moves_with_i
     let (anchor, link) = (&scene.particles[3], scene.springs[scene.springs.len() - 1]);
     assert!((anchor.position - DVec3::new(0.5, 0.0, 0.0)).length() < 1e-15);
     assert_eq!((link.ends, link.stiffness), ([0, 3], 40.0));
-    // It weighs nothing that shows: what lifts it supplies no energy for it.
+    // Its weight does not show: the lifting solid supplies no energy for it.
     assert!(anchor.mass < 1e-5 * scene.particles[0].mass);
     assert!((link.rest_length - 0.5).abs() < 1e-15);
     let settings = Settings { substeps: 4, ..Settings::default() };

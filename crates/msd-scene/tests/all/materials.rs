@@ -301,7 +301,7 @@ fn the_scenes_of_the_page_are_complete() {
     toml(include_str!("../../../../docs/explanation/materials/shells.toml")).expect("a scene");
 }
 
-/// Lines of a body, and what is said of them.
+/// Lines of a body, and the message.
 const REFUSED: [(&str, &str); 32] = [
     (
         "kind = 'block'\nsize = [3, 3, 3]\nmaterial = 'steal'",

@@ -390,7 +390,7 @@ fn texture_coordinates_follow_their_corners() {
     assert_eq!((mesh.triangles.len(), mesh.uvs), (1, None));
 }
 
-/// However many accessors lack their numbers, which is what the format's own check would list.
+/// However many accessors lack their numbers, all of which the format's own check would list.
 #[test]
 fn a_compressed_gltf_is_refused_by_the_name_of_its_compression() {
     for extension in ["KHR_draco_mesh_compression", "EXT_meshopt_compression"] {

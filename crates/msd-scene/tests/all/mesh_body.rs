@@ -113,7 +113,7 @@ fn the_bunny_is_a_solid_in_one_piece_that_holds_every_particle() {
     assert!(report.solid && !part.surface.two_sided);
     assert_eq!(report.loose_particles, 0);
     assert_eq!(report.surface_particles, 1839);
-    // The volume over the cube of the spacing, less what stands too near to the surface.
+    // The volume over the cube of the spacing, less the points too near to the surface.
     let filling = report.volume / report.spacing.powi(3);
     let count = report.interior_particles as f64;
     assert!(0.5 * filling <= count && count <= filling);

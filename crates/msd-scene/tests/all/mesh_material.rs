@@ -1,4 +1,4 @@
-//! Bodies from meshes that are made of a material: their mass, and what they stretch by.
+//! Bodies from meshes that are made of a material: their mass, and their stretch.
 
 use msd_core::glam::DVec3;
 use msd_core::{Elasticity, Part, Substance};
@@ -133,7 +133,7 @@ fn a_mesh_of_a_material_weighs_its_volume_and_stretches_as_the_material_does() {
         for along in [DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.0), DVec3::ONE] {
             let (young, poisson) = pulled(&part, along.normalize());
             println!("{} {along}: E {:.4}, {poisson:.4}", mesh.name, young / YOUNG);
-            // What springs leave unbalanced moves particles from a uniform strain, by that part of
+            // Unbalanced forces of springs move particles from a uniform strain, by that part of
             // it: so much is gained or lost at most.
             assert!((young / YOUNG - 1.0).abs() < report.unbalanced, "{along}: {young}");
             assert!((poisson - 0.25).abs() < report.unbalanced, "{along}: {poisson}");
@@ -158,7 +158,7 @@ fn a_material_needs_a_solid_of_springs_alone() {
 
 #[test]
 fn a_finer_mesh_of_a_material_has_the_same_mass_and_nearly_the_same_modulus() {
-    // The surface is cut up to the lattice: a box of twelve triangles is no coarser than that.
+    // The surface is cut up to the lattice: a box of twelve triangles is not coarser than that.
     let mesh = box_mesh([1.0; 3]);
     for spacing in [0.25, 0.125] {
         let options = MeshOptions {

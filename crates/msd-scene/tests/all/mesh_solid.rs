@@ -1,4 +1,4 @@
-//! Solids of meshes: distances on a grid, and what rests on and is resumed beside them.
+//! Solids of meshes: distances on a grid, and runs that rest on them and are resumed.
 
 use glam::DVec3;
 use msd_core::{
@@ -39,8 +39,8 @@ fn ball(rings: usize) -> Mesh {
     obj(&text)
 }
 
-/// The surface of a smooth mesh is off by a part of the square of the cell, and the error that is
-/// told is that found by points of the true ball.
+/// The surface of a smooth mesh is off by a part of the square of the cell. The reported error is
+/// that found by points of the true ball.
 #[test]
 fn the_error_on_a_ball_falls_with_the_square_of_the_cell() {
     let mesh = ball(128);
@@ -51,8 +51,8 @@ fn the_error_on_a_ball_falls_with_the_square_of_the_cell() {
     };
     for [coarse, fine] in [[0, 1], [1, 2]] {
         let ratio = grids[coarse].error / grids[fine].error;
-        // 2²; the next order adds a tenth at an eighth of the diameter, and what the mesh itself is
-        // off by, 1/6500 of the radius, takes as much from the finest.
+        // 2²; the next order adds a tenth at an eighth of the diameter, and the error of the mesh
+        // itself, 1/6500 of the radius, takes as much from the finest.
         assert!((3.2..5.0).contains(&ratio), "{ratio}");
         let ratio = off(&grids[coarse]) / off(&grids[fine]);
         assert!((3.2..5.0).contains(&ratio), "{ratio}");
@@ -82,7 +82,7 @@ fn distances_of_a_box_are_those_of_the_box() {
     assert!(0.1 * cell < grid.error && grid.error < 0.5 * cell, "{}", grid.error);
 }
 
-/// Bodies that overlap are one: what is inside of both is inside.
+/// Bodies that overlap are one: a point inside of both is inside.
 #[test]
 fn pieces_that_overlap_are_one_solid() {
     let second = BOX.lines().map(|line| {
@@ -183,7 +183,7 @@ fn a_run_on_a_mesh_is_resumed_with_the_same_bits() {
     let wide = parse(&FILE.replace("0.08", "0.8"), SceneFormat::Toml, "s.toml");
     assert!(is_thin(&wide.expect("a scene")));
     for integrator in Integrator::ALL {
-        // Explicit Euler adds energy to what is hardly damped.
+        // Explicit Euler adds energy to a body that is hardly damped.
         let substeps = if integrator == Integrator::ExplicitEuler { 500 } else { 20 };
         let settings = Settings { integrator, substeps, ..loaded.settings };
         let mut run = Simulation::<f32>::new(&loaded.scene, settings).expect("a valid scene");

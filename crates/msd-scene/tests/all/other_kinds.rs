@@ -6,7 +6,7 @@ use msd_scene::mesh::{
 };
 use msd_scene::{SceneFormat, open, parse};
 
-/// Meshes that are none, and what is said of them.
+/// Files that are not meshes, and the messages.
 const OTHERS: [(Format, &str, &str); 11] = [
     (Obj, "<!DOCTYPE html><html></html>", "it is an HTML page, as servers send instead of a file"),
     (Ply, "version https://git-lfs.github.com/spec/v1\n", "it is a Git LFS pointer, not the file"),

@@ -12,7 +12,7 @@ use std::path::Path;
 const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/reference/scenes.md");
 const BEGIN: &str = "<!-- begin keys of ";
 
-/// What the column of the domain says of a key.
+/// The entry of a key in the column of the domain.
 fn domain(key: &KeyRow) -> String {
     let words = key.domain.words();
     match (key.domain, key.form) {

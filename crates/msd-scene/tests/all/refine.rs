@@ -5,7 +5,7 @@ use msd_core::{Scene, Spring};
 use msd_scene::{Draft, FileError, Finer, Loaded};
 use std::path::Path;
 
-/// A scene as it is, and with its spacing halved so many times.
+/// A scene, and the same with its spacing halved so many times.
 fn refined(text: &str, halvings: u32) -> Result<(Loaded, Finer), FileError> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("scene.toml"), text).unwrap();
@@ -121,7 +121,7 @@ fn what_lies_between_pins_is_pinned_and_moves_between_them() {
         pins.sort_by_key(|pin| pin.0);
         pins
     };
-    // The whole top row; of the lowest the two at its left with what is between, and one corner.
+    // The whole top row; of the lowest the two at its left with those between, and one corner.
     assert_eq!(pinned(4), (0..7).map(|column| (column, 0.0)).collect::<Vec<_>>());
     assert_eq!(pinned(0), [(0, 1.0), (1, 2.0), (2, 3.0), (6, 0.0)]);
     assert_eq!(scene.pins.len(), 11);
@@ -168,7 +168,7 @@ fn all_built_in_scenes_but_explicit_ones_are_refined_and_run() {
         match opened(&draft, 1) {
             Ok((coarse, finer)) => {
                 assert_same_places(&coarse, &finer);
-                // Half the spacing, half the substep, and a margin for what is squashed.
+                // Half the spacing, half the substep, and a margin for squashed springs.
                 let settings = finer.loaded.settings;
                 let settings = msd_core::Settings { substeps: 4 * settings.substeps, ..settings };
                 let mut simulation =
@@ -203,7 +203,7 @@ fn what_cannot_be_refined_is_named() {
     assert!(error.contains("bodies[0].size asks for"), "{error}");
 }
 
-/// A thickness is a part of the spacing, and what stands between two bodies is of their surfaces.
+/// A thickness is a part of the spacing, and the values between two bodies are of their surfaces.
 #[test]
 fn a_finer_body_is_as_much_thinner() {
     let cloth = |name: &str, y: f64, with: &str| {

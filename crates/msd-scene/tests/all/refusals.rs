@@ -48,7 +48,7 @@ at = 5
 
 #[test]
 fn what_follows_from_a_mistake_is_not_refused_with_it() {
-    // Only with the precision that was meant is the mass in its domain; the pin is of a particle
+    // Only with the precision that was meant is the mass in its domain. The pin is of a particle
     // that the body would have, and `size` belongs to the kind that was meant.
     for (text, key) in [
         ("[solver]\nprecision = 'f46'\n[[bodies]]\nkind='rope'\nsize=[3]\nmass=1e-40", "precision"),

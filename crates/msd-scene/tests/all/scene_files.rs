@@ -1,4 +1,4 @@
-//! Scene files: what they say is what they mean, and what does not is refused by name.
+//! Scene files: their values take effect, and values that do not are refused by name.
 
 use msd_core::obstacles::Placed;
 use msd_core::{

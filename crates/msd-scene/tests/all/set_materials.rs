@@ -81,7 +81,7 @@ fn a_material_of_all_is_that_of_the_body() {
     }
 }
 
-/// What is made of a material has one by the same words, in bends and volumes too.
+/// A body of a material accepts a material of a set by the same keys, in bends and volumes too.
 #[test]
 fn a_modulus_of_all_is_that_of_the_body() {
     for body in [

@@ -258,7 +258,7 @@ fn rows_are_written_as_they_were_read() {
     }
 }
 
-/// Lines after two ropes of three particles, `a` at the origin and `b` 1 m above, and what is told.
+/// Lines after two ropes of three particles, `a` at the origin and `b` 1 m above, and the message.
 const REFUSED: [(&str, &str); 38] = [
     (
         "[[pins]]\nset = 'edgs'",
@@ -418,7 +418,7 @@ fn links_beyond_the_memory_are_refused_before_they_are_made() {
     assert!(message.contains("links[") && message.contains("asks for"), "{message}");
 }
 
-/// The examples of the documentation that are whole scenes, by what follows their heading.
+/// The examples of the documentation that are whole scenes, by the text after their heading.
 fn examples() -> Vec<&'static str> {
     let docs = include_str!("../../../../docs/reference/scenes.md");
     let blocks = docs.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next());
@@ -434,7 +434,7 @@ fn every_scene_of_the_documentation_runs_and_stays_whole() {
         assert!(!loaded.notes.concat().contains("starts inside"), "{:?}\n{text}", loaded.notes);
         let mut settings = loaded.settings;
         let mut simulation = Simulation::<f64>::new(&loaded.scene, settings).unwrap();
-        // What `auto` would choose, and a margin for what is stretched.
+        // The choice of `auto`, and a margin for stretched springs.
         let stable = simulation.stable_substep();
         settings.substeps = (settings.step / (0.6 * stable)).ceil() as u32;
         simulation.set_settings(settings).unwrap();

@@ -143,8 +143,9 @@ fn equilateral_triangles_stretch_as_the_material_does_and_half_squares_by_their_
     }
 }
 
-/// What the triangles of a mesh store, as a part of what the sheet would, in each triangle under a
-/// pull along each direction in it: mean, and root mean square of what is off; weighed by area.
+/// The energy that the triangles of a mesh store, as a part of that of the sheet, in each triangle
+/// under a pull along each direction in it: mean, and root mean square of the error; weighed by
+/// area.
 fn triangles_pulled(part: &Part) -> [f64; 2] {
     let (mut sums, mut areas) = ([0.0; 2], 0.0);
     for corners in corners(part) {
@@ -157,7 +158,7 @@ fn triangles_pulled(part: &Part) -> [f64; 2] {
             let (along, beside) = (first * cosine + second * sine, second * cosine - first * sine);
             let strain = |way: DVec3| along.dot(way).powi(2) - beside.dot(way).powi(2) / 3.0;
             let of = |edge: &DVec3| strain(*edge).powi(2) / edge.length_squared().powi(2);
-            // Over E t A/2: what a pull of one strain stores in a sheet.
+            // Over E t A/2, the energy that a pull of one strain stores in a sheet.
             let part: f64 = edges.iter().map(of).sum();
             sums[0] += area * part / 12.0;
             sums[1] += area * (part - 1.0).powi(2) / 12.0;
@@ -167,8 +168,8 @@ fn triangles_pulled(part: &Part) -> [f64; 2] {
     [sums[0] / areas, (sums[1] / areas).sqrt()]
 }
 
-/// What the hinges of a mesh store in the mean over all directions when it is bent to cylinders, as
-/// a part of what a plate would.
+/// The energy that the hinges of a mesh store in the mean over all directions when it is bent to
+/// cylinders, as a part of that of a plate.
 fn hinges_bent(part: &Part) -> f64 {
     let of = |bend: &Bend| {
         let at = bend.particles.map(|end| part.particles[end].position);

@@ -64,7 +64,7 @@ fn a_body_that_starts_inside_an_obstacle_is_told_and_is_moved_to_its_surface() {
     let touch = |keys: &str| format!("touch = {{ thickness = 0.1{keys} }}");
     assert_eq!(told(&touch(", obstacles = true"), ""), inside(9, 0.42));
     assert_eq!(told(&touch(""), ""), inside(5, 0.32));
-    // What is pinned is not moved.
+    // A pinned particle is not moved.
     assert_eq!(told("", "[[pins]]\nparticle = 12"), inside(4, 0.07));
     let loaded = around("", ball);
     let run = Simulation::<f64>::new(&loaded.scene, loaded.settings).expect("a valid scene");

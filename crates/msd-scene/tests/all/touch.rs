@@ -99,7 +99,7 @@ fn what_stands_between_a_body_and_those_of_a_material_is_said_once() {
     assert_eq!(of_entries(notes), [note]);
 }
 
-/// Lines after those of a rope of three particles, and what is told; ` ... ` stands for any text.
+/// Lines after those of a rope of three particles, and the message; ` ... ` stands for any text.
 const REFUSED: [(&str, &str); 15] = [
     ("touch = { radius = 0 }", "bodies[0].touch.radius is 0; it must be positive and at most 1e12"),
     (

@@ -73,7 +73,7 @@ pub(super) fn settle_in_corner<R: Real>(
 }
 
 /// Turns the velocity that a particle may have on each surface of a corner, so that it lies on it
-/// after the drift, as [`super::curved`] does on one; whether any was off.
+/// after the drift, as [`super::curved`] does on one. Returns whether any was off.
 fn bend_in_corner<R: Real>(
     obstacles: &Obstacles<R>,
     (rows, indices): (&mut Limits<R>, &[usize; held::MOST]),

@@ -1,11 +1,11 @@
-//! Contact at rest on obstacles that are no planes.
+//! Resting contact on obstacles other than planes.
 //!
-//! What slides on a bent surface leaves it in a drift along a straight line: by v² h²/(2 R) outside
-//! of a ball of radius R. There no kick is followed by the law, and the half of one that comes next
-//! would add m a² h²/8 to the energy of every such hop. So a particle that lies drifts along the
-//! chord that ends on the surface, as long as the kick presses it down by more than that takes: it
-//! leaves where the pull no longer makes up v²/R. (RATTLE ends its drifts on the constraint:
-//! Andersen, 1983.)
+//! A particle that slides on a bent surface leaves it in a drift along a straight line: by v²
+//! h²/(2 R) outside of a ball of radius R. Off the surface no kick is followed by the law, and the
+//! next half kick would add m a² h²/8 to the energy of every such hop. So a particle that lies
+//! drifts along the chord that ends on the surface, as long as the kick presses it down by more
+//! than that takes. It leaves where the pull no longer makes up v²/R. (RATTLE ends its drifts on
+//! the constraint: Andersen, 1983.)
 
 use super::super::law::{Contacts, rounding};
 use super::corner::BENDS;
@@ -16,8 +16,8 @@ use crate::obstacles::ContactLaw;
 use crate::obstacles::solid::{Sampled, lane_of, lanes};
 use crate::pack::{dot, each};
 
-/// Holds the particles of a record that lie on an obstacle which is no plane, and on no other, a
-/// bit for each. The obstacle is given where it is and where it will be after a drift.
+/// Holds the particles of a record that lie on a single obstacle which is not a plane, a bit for
+/// each. The obstacle is given where it is and where it will be after a drift.
 #[inline(always)]
 pub(crate) fn settle_on_curved<R: Real, O: Sampled<R> + ?Sized>(
     (obstacle, moved): (&O, &O),
@@ -56,8 +56,8 @@ pub(crate) fn settle_on_curved<R: Real, O: Sampled<R> + ?Sized>(
     }
 }
 
-/// Turns the velocities of particles that lie, so that they do so after a drift: lowers their
-/// speeds along the normals by the gaps that the drift would leave. Whether there were any.
+/// Turns the velocities of particles that lie, so that they do so after a drift. It lowers their
+/// speeds along the normals by the gaps that the drift would leave. Returns whether there were any.
 #[inline(always)]
 fn bend<R: Real>(
     moved: &(impl Sampled<R> + ?Sized),

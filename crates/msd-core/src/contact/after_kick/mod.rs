@@ -1,13 +1,13 @@
-//! Contact at rest: particles that lie on an obstacle, held there by their velocities alone.
+//! Resting contact: particles that lie on an obstacle, held there by their velocities alone.
 //!
 //! A method that moves particles before it evaluates forces lets one that lies on an obstacle fall
 //! by g h²/2 in each substep. Forces that are evaluated down there, and dampers at the speed of the
-//! fall, are off by a part (h w)² of themselves, and with them the push of the surface and the
-//! friction that it allows: at long steps a block slides below the critical slope. So such a method
-//! lets every kick be followed by this law: a particle on a surface that the kick presses it to
-//! loses its speed into it, and of its slip what Coulomb's law allows. What lies does not sink, and
-//! forces are evaluated where it lies. (RATTLE projects velocities for the same reason: Andersen,
-//! 1983.)
+//! fall, are off by a part (h w)² of themselves. So are the push of the surface and the friction
+//! that it allows: at long steps a block slides below the critical slope. Such a method therefore
+//! lets this law follow every kick. A particle on a surface that the kick presses it to loses its
+//! speed into it, and of its slip as much as Coulomb's law allows. A particle that lies does not
+//! sink, and forces are evaluated where it lies. (RATTLE projects velocities for the same reason:
+//! Andersen, 1983.)
 
 mod corner;
 mod curved;
@@ -43,7 +43,7 @@ pub(crate) struct Kicked<'a, R> {
 /// A kick.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Kick<R> {
-    /// How long it lasts, seconds.
+    /// Duration, seconds.
     pub(crate) length: R,
     /// The substep that it is a part of, seconds.
     pub(crate) substep: R,
@@ -59,7 +59,7 @@ pub(crate) struct Kick<R> {
 pub(crate) enum Drift {
     /// It follows.
     Ahead,
-    /// It is over: what is on a surface now was on it before.
+    /// It is over: a particle on a surface now was on it before.
     Behind,
     /// There is none.
     Absent,
@@ -168,13 +168,13 @@ fn settle_on_plane<R: Real>(
     }
 }
 
-/// Speed away from a surface below which a particle has not left, as a part of what the pull makes
-/// up within two substeps: without it ever shorter hops would not end.
+/// Speed away from a surface below which a particle has not left, as a part of the speed that the
+/// pull makes up within two substeps. Without it ever shorter hops would not end.
 const HOP: f64 = 0.01;
 
-/// Whether a particle on a surface lay there, by its velocity and the part of it along the normal:
-/// it did not leave, and came so slowly that a bounce would be over within two substeps, as in
-/// [`super::law::keeps`]. The limit is that of such a speed, negative.
+/// Returns whether a particle on a surface lay there, by its velocity and the part of it along the
+/// normal. It did not leave, and came so slowly that a bounce would be over within two substeps, as
+/// in [`super::law::keeps`]. The limit is that of such a speed, negative.
 #[inline(always)]
 fn lay<N: Number>(law: &ContactLaw<N>, speed: N, limit: N, velocity: [N; 3]) -> N::Mask {
     let of = |value| speed.splat(value);
@@ -211,9 +211,9 @@ impl<N: Number> Kick<N> {
     /// Holds a particle on a surface with this normal, at a velocity after the kick and with the
     /// acceleration of the kick, as seen from the surface.
     ///
-    /// It lies where the kick presses it to the surface and it lay there before, see
-    /// [`lay`]. A surface that holds it takes the energy of its motion before the kick,
-    /// one that it slides on the work of friction: force times mean velocity.
+    /// It lies where the kick presses it to the surface and it lay there before, see [`lay`]. A
+    /// surface that holds it takes the energy of its motion before the kick. A surface that it
+    /// slides on takes the work of friction: force times mean velocity.
     ///
     /// It goes on at the speed `bend` along the normal, 0 on a plane: see [`bend`].
     #[inline(always)]
@@ -244,7 +244,7 @@ impl<N: Number> Kick<N> {
             let slowed = (along - velocity[axis]) * (slipped + velocity[axis] - saved);
             N::select(held, slipped * slipped, slowed)
         }));
-        // How the surface bends in a drift is the same motion before it and after it.
+        // The bend of the surface in a drift is the same motion before it and after it.
         let stopped = if self.drift == Drift::Behind { zero } else { before * before };
         Settled { lies, velocity, taken: (stopped + lost).half() }
     }

@@ -12,7 +12,7 @@ use crate::pack::{Number, Pack, dot, zip};
 use alloc::vec::Vec;
 use fearless_simd::{Simd, SimdMask};
 
-/// The part of the square of two lengths below which the square of what they span is rounding.
+/// The part of the square of two lengths below which the square of their span is rounding.
 const PARALLEL: f64 = 1e-6;
 
 /// The squares of the distances of at most sixteen pairs of features of one kind, square metres.
@@ -195,8 +195,8 @@ impl<R: Real, const POINTS: usize> FeatureLanes<R, POINTS> {
         (self.features[at], Extent::around([here].into_iter()), splat(simd, here))
     }
 
-    /// Sees the features from the first of them on that are within reach of what is in a box, by
-    /// the squares of their distances, a register at a time.
+    /// Sees the features from the first of them on that are within reach of the content of a box,
+    /// by the squares of their distances, a register at a time.
     #[inline(always)]
     pub(super) fn see<S: Simd>(
         &self,

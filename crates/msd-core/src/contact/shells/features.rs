@@ -50,7 +50,7 @@ pub(crate) struct Shells {
     rows: Vec<Shell>,
     /// The thickness of each, metres, and the root of its friction.
     laws: Vec<[f64; 2]>,
-    /// How two of them meet, in place of what follows from both, in the order of the two.
+    /// Rules of contact between two of them, which replace those of both, in the order of the two.
     between: Vec<([usize; 2], Between)>,
     /// The vertices of which no feature meets one of the other, in order, both ways.
     exempt: Vec<[u32; 2]>,
@@ -319,7 +319,7 @@ impl Shells {
     }
 }
 
-/// A state in columns, and what the rows of it depend on.
+/// A state in columns, and the other inputs of its rows.
 pub(crate) struct At<'a, R: Real> {
     pub(crate) level: Level,
     pub(crate) shells: &'a Shells,

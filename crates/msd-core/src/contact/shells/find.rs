@@ -11,11 +11,11 @@ use crate::number::{Real, Vector, at_level};
 use crate::triangle::{nearest, part_of_edge};
 use alloc::vec::Vec;
 
-/// Rows as they are found.
+/// Rows while they are being found.
 pub(super) struct Finder<'a, R: Real> {
     pub(super) at: &'a At<'a, R>,
     pub(super) patch: &'a Patch<R>,
-    /// How far beyond their reach features may be, metres.
+    /// Distance beyond their reach at which features are still found, metres.
     pub(super) margin: R,
     pub(super) rows: Vec<ContactRow<R>>,
     /// The keys of the rows.
@@ -254,9 +254,9 @@ impl<'a, R: Real> Finder<'a, R> {
         few.chain(first.iter().chain(last).copied())
     }
 
-    /// Lets a face take the couple of friction, by its corners: the first of some that faces the
-    /// normal well, or the one that faces it most. One that a normal is nearly along would be
-    /// turned by much for little.
+    /// Lets a face take the couple of friction, by its corners. It is the first of some that faces
+    /// the normal well, or the one that faces it most. A small couple would turn a face far if the
+    /// normal were nearly along it.
     fn turn_one(&self, row: &mut ContactRow<R>, faces: impl Iterator<Item = [u32; 3]>) {
         let mut best = R::of(LEAST_FACING);
         for corners in faces {
@@ -285,9 +285,9 @@ impl<'a, R: Real> Finder<'a, R> {
         }
     }
 
-    /// Whether a vertex passes an edge or another vertex, and the faces there, in a drift of h
-    /// seconds at a velocity: the plane between the two, at which a row stops it, is a wall across
-    /// its way.
+    /// Returns whether a vertex passes an edge or another vertex, and the faces there, in a drift
+    /// of h seconds at a velocity. The plane between the two, at which a row stops it, is a wall
+    /// across its way.
     pub(super) fn passes(&self, row: &ContactRow<R>, velocity: R::Vec3, h: R) -> bool {
         let (shells, [own, other]) = (self.at.shells, features(row.key));
         let (way, drift) = (row.normal * (row.gap + row.stop), velocity * h);
@@ -312,7 +312,7 @@ impl<'a, R: Real> Finder<'a, R> {
             let [a, b, c] = self.seen(face, start);
             let normal = (b - a).cross(c - a);
             let height = (a.dot(normal) / normal.dot(normal).sqrt()).abs();
-            // What lies a bit closer than it stops slides on as close.
+            // A vertex that lies a bit closer than its stop slides on at that distance.
             let slid = row.stop.min(height).max(row.stop * R::of(1.0 - SLOP));
             let limit = slid * R::of(1.0 - 1e-3 * SLOP);
             least = least.min(limit);
@@ -325,8 +325,9 @@ impl<'a, R: Real> Finder<'a, R> {
         self.faces_of(row.key).all(&mut stays_off) && least * least <= nearest.dot(nearest)
     }
 
-    /// Lets a row follow its features to where these are now; the same face takes the couple. One
-    /// that slid off them stays on what continues them: their border would push it back or on.
+    /// Lets a row follow its features to their current places; the same face takes the couple. A
+    /// row that slid off them stays on the features that continue them: their border would push it
+    /// back or on.
     pub(super) fn follow(&self, row: &mut ContactRow<R>) {
         let Some(mut new) = self.row(row.key, self.sides(row.key)) else { return };
         let is_off = |(new, old): (&R, &R)| *new == R::ZERO && *old != R::ZERO;
@@ -485,8 +486,8 @@ impl<'a, R: Real> Finder<'a, R> {
         })
     }
 
-    /// Adds the rows of obstacles and of vertices that are in a row: one that lies on an obstacle
-    /// bears what lies on it.
+    /// Adds the rows of obstacles and of vertices that are in a row: a vertex on an obstacle bears
+    /// the particles that lie on it.
     fn obstacles(&mut self) {
         let At { obstacles, time, .. } = *self.at;
         if obstacles.is_empty() || self.rows.is_empty() {
@@ -528,7 +529,7 @@ impl<'a, R: Real> Finder<'a, R> {
 /// The square of the cosine between a normal and that of a face, from which on it takes couples.
 const LEAST_FACING: f64 = 0.1;
 
-/// The part by which a face must be nearer than an edge of it to count instead of it: where both
+/// The part by which a face must be nearer than an edge of it to count instead of it. Where both
 /// lie in flat surface they would take turns.
 const FLAT: f64 = 2e-3;
 

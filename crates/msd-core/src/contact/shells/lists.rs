@@ -14,8 +14,8 @@ use alloc::vec::Vec;
 use core::ops::Range;
 use fearless_simd::{Level, Simd};
 
-/// Two features, a vertex and a face, a vertex and an edge of no face, or two edges, and how far
-/// their clusters must come closer to each other before the gap may be closed, metres.
+/// Two features: a vertex and a face, a vertex and an edge of no face, or two edges. `until` is the
+/// approach of their clusters before which the gap cannot close, metres.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ListedPair {
     pub(super) key: u64,
@@ -26,7 +26,7 @@ pub(super) struct ListedPair {
 #[derive(Clone, Debug)]
 pub(super) struct ClusterPair<R> {
     pub(super) clusters: [u32; 2],
-    /// How far they may have come closer to each other since the pair was found, metres.
+    /// Most by which they may have come closer to each other since the pair was found, metres.
     pub(super) worn: f64,
     /// The wear from which on one of the features may matter.
     pub(super) until: f64,
@@ -54,17 +54,18 @@ pub(super) struct Candidates<R: Real> {
     /// The vertices of the clusters of those pairs and those that edges join to them.
     pub(super) vertices: Vec<u32>,
     is_listed: bool,
-    /// How far any two clusters may have come closer to each other since the pairs were found, and
-    /// up to where no other pair matters, metres.
+    /// Most by which any two clusters may have come closer to each other since the pairs were
+    /// found, and the value up to which no other pair matters, metres.
     worn: f64,
     found_to: f64,
-    /// How far any two clusters may come closer before a pair may matter, metres, where known.
+    /// Most by which any two clusters may come closer before a pair may matter, metres, where
+    /// known.
     spare: Option<f64>,
     /// Positions at the last look, metres, and the box around them.
     last: Vec<R>,
     around: Extent<R>,
-    /// How far any two vertices may have come closer since, and any one may have moved, metres, as
-    /// long as velocities alone tell.
+    /// Most by which any two vertices may have come closer since, and any one may have moved,
+    /// metres, as long as velocities alone moved them.
     crept: Option<[f64; 2]>,
     /// Whether each cluster, and each vertex, is one that may matter.
     are_due: [Vec<bool>; 2],
@@ -83,7 +84,7 @@ impl<R: Real> Candidates<R> {
         self.clusters = Clusters::default();
     }
 
-    /// Discards what is known of ways since the last look: not velocities alone made them.
+    /// Discards the known ways since the last look: not velocities alone made them.
     pub(super) fn lose_track(&mut self) {
         self.crept = None;
     }
@@ -135,7 +136,7 @@ impl<R: Real> Candidates<R> {
     }
 
     /// Finds the pairs of clusters whose features may be within their reach and the margin of both,
-    /// and lists these anew where the lists may lack some; `most` is the largest margin, metres.
+    /// and lists these anew where the lists may lack some. `most` is the largest margin, metres.
     /// Returns whether the lists hold all. Where each feature would be near hundreds of others, as
     /// in a run that diverges, they do not.
     pub(super) fn serve(
@@ -179,14 +180,15 @@ impl<R: Real> Candidates<R> {
         are_all
     }
 
-    /// How far any two clusters may come closer before a pair may matter, metres.
+    /// Most by which any two clusters may come closer before a pair may matter, metres.
     fn spare(&mut self) -> f64 {
         let of_pair = |pair: &ClusterPair<R>| pair.until.min(pair.listed_to) - pair.worn;
         let least = || self.pairs.iter().map(of_pair).fold(self.found_to - self.worn, f64::min);
         *self.spare.get_or_insert_with(least)
     }
 
-    /// Adds to the wear of each pair how far its clusters may have come closer since the last look.
+    /// Adds to the wear of each pair the most by which its clusters may have come closer since the
+    /// last look.
     fn wear_out(&mut self, shells: &Shells, positions: &[R]) {
         core::mem::swap(&mut self.corners, &mut self.before);
         self.read_corners(shells, positions);
@@ -295,7 +297,7 @@ impl<R: Real> Candidates<R> {
         pair.features = first..self.features.len() as u32;
     }
 
-    /// Drops the features of earlier lists once they are most; returns how many there are.
+    /// Drops the features of earlier lists once they are most; returns their number.
     fn pack(&mut self) -> usize {
         let count = self.pairs.iter().map(|pair| pair.features.len()).sum::<usize>();
         if 2 * count < self.features.len() {
@@ -348,10 +350,10 @@ impl<R: Real> Candidates<R> {
 const MOST_PAIRS: usize = 256;
 /// More than the part of a reach that rounding is worth.
 pub(super) const NOISE: f64 = 0.01;
-/// How far clusters are looked for, in their size.
+/// Distance up to which clusters are searched, in their size.
 const BEYOND: f64 = 0.5;
-/// How far beyond their reach features are listed, in edges: less than features that share no
-/// vertex are apart in flat surface.
+/// Distance beyond their reach up to which features are listed, in edges: less than the distance in
+/// flat surface between features that share no vertex.
 const SKIN: f64 = 0.33;
 
 /// The box around all displacements.
@@ -392,10 +394,10 @@ struct PlacedCluster<'a, R: Real> {
     around: Extent<R>,
 }
 
-/// What a search for features of two clusters takes note of.
+/// Notes of a search for features of two clusters.
 #[derive(Clone, Debug, Default)]
 struct FeatureSearch<R: Real> {
-    /// How far apart features may be, metres.
+    /// Largest distance between features, metres.
     reach: R,
     vertices: FeatureLanes<R, 1>,
     edges: FeatureLanes<R, 2>,

@@ -1,4 +1,4 @@
-//! Bounds on how much closer features come to each other in a substep.
+//! Bounds on the approach of features to each other in a substep.
 
 use super::clusters::{Cluster, Clusters};
 use super::features::{At, Shells};
@@ -8,26 +8,25 @@ use crate::columns::vector;
 use crate::number::Real;
 use alloc::vec::Vec;
 
-/// The velocities that the particles of each cluster may have in a substep: impulses leave them
-/// between those that they have after the kick and those of what they touch.
+/// The velocities that the particles of each cluster may have in a substep. Impulses leave them
+/// between their velocities after the kick and those of the surfaces that they touch.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Margins<R: Real> {
     /// Those after the kick.
     free: Vec<Extent<R>>,
-    /// Those, and those of what touched the cluster in the last substep and of the obstacles that
-    /// it may reach.
+    /// Those, and those of the surfaces that touched the cluster in the last substep and of the
+    /// obstacles that it may reach.
     met: Vec<Extent<R>>,
-    /// The margin that holds for all, metres, and what a speed is multiplied by, seconds.
+    /// The margin that holds for all, metres, and the factor of a speed, seconds.
     most: R,
     seconds: R,
-    /// What is added to all others, metres.
+    /// Margin that is added to all others, metres.
     least: R,
 }
 
 impl<R: Real> Margins<R> {
-    /// Sets the margins of a substep before a kick of `length` seconds, from where corners are and
-    /// the rows of the last one; `most` holds for all clusters, and `seconds` is the substep and a
-    /// bit.
+    /// Sets the margins of a substep before a kick of `length` seconds, from the corners and the
+    /// rows of the last one. `most` holds for all clusters, and `seconds` is the substep and a bit.
     pub(super) fn set(
         &mut self,
         (at, clusters, corners): (&At<'_, R>, &Clusters, &[R::Vec3]),
@@ -85,7 +84,8 @@ impl<R: Real> Margins<R> {
         }
     }
 
-    /// By how much two clusters, or the features of one, may come closer to each other, metres.
+    /// The most by which two clusters, or the features of one, may come closer to each other,
+    /// metres.
     pub(super) fn between(&self, clusters: [u32; 2]) -> R {
         let [own, other] = clusters.map(|cluster| self.met[cluster as usize]);
         (own.with(other).diagonal().sqrt() * self.seconds + self.least).min(self.most)

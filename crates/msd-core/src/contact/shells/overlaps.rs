@@ -1,12 +1,12 @@
-//! Bodies that cross at the start: what is inside a closed one is pushed out of it.
+//! Bodies that cross at the start: particles inside a closed one are pushed out of it.
 //!
 //! Ordinary rows keep features on the sides on which they are, and so would keep a particle inside.
-//! Two shells that cross at the start have other rows until they are apart: one for each particle
-//! that starts inside, with the face straight ahead of it. Both sides part at a bounded speed: by
-//! the distance at which they stop each other in each `UNDOING`. All rows of the two have one
-//! direction, which keeps the shape of what is pushed out. Towards the nearest face each, particles
-//! beside an edge would leave on different sides of it. The work of the rows counts as work of
-//! solids.
+//! Two shells that cross at the start have other rows until they are apart. There is one for each
+//! particle that starts inside, with the face straight ahead of it. Both sides part at a bounded
+//! speed: by the distance at which they stop each other in each `UNDOING`. All rows of the two have
+//! one direction, which keeps the shape of the body that is pushed out. Towards the nearest face
+//! each, particles beside an edge would leave on different sides of it. The work of the rows counts
+//! as work of solids.
 
 use super::clusters::Clusters;
 use super::find::{Finder, Sides};
@@ -24,7 +24,8 @@ use core::cmp::Ordering;
 const MOST: usize = 256;
 /// The most particles of a shell whose ways out are tried as that of the whole.
 const MOST_WAYS: usize = 32;
-/// How far outside of a face a line still meets it, as a part of the face: no gap between faces.
+/// Distance outside of a face at which a line still meets it, as a part of the face, so that faces
+/// leave no gap.
 const BESIDE: f64 = 0.05;
 /// A direction in which no edges of lattices lie.
 const ASKEW: [f64; 3] = [0.5291, 0.7127, 0.4607];
@@ -128,8 +129,8 @@ impl<R: Real> Finder<'_, R> {
         found
     }
 
-    /// Adds the rows of what was inside in the substep before. Two shells have none any more once
-    /// all of that is outside by half of the distance at which they stop each other.
+    /// Adds the rows of vertices that were inside in the previous substep. Two shells have none any
+    /// more once all of that is outside by half of the distance at which they stop each other.
     pub(super) fn add_overlaps(
         &mut self,
         clusters: &Clusters,
@@ -158,7 +159,7 @@ impl<R: Real> Finder<'_, R> {
     }
 
     /// The row of a vertex and the face through which it leaves the other shell, or has left it, in
-    /// the direction that it has; none where it meets none any more, or nothing moves either.
+    /// the direction that it has. None where it meets no face any more, or nothing moves either.
     fn ahead(
         &self,
         clusters: &Clusters,
@@ -234,8 +235,9 @@ impl<R: Real> Finder<'_, R> {
         }
     }
 
-    /// Visits the faces of some clusters that a line through a point meets, or nearly: with the way
-    /// to each along it, how far the face leads out, and the weights of its corners.
+    /// Visits the faces of some clusters that a line through a point meets, or nearly. Each comes
+    /// with the way to it along the line, the part by which it leads out, and the weights of its
+    /// corners.
     fn visit(
         &self,
         (clusters, balls): (&Clusters, &Balls<R>),

@@ -40,7 +40,7 @@ impl ShellPassage {
 /// The rows whose sides were seen to go through each other.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Through {
-    /// How many.
+    /// Their number.
     pub(super) count: u64,
     /// Of which shells.
     pub(super) passages: Vec<ShellPassage>,
@@ -60,6 +60,6 @@ impl Through {
 
 /// The most passages of a list: where all goes through all, more say nothing new.
 const MOST: usize = 16;
-/// The cosine of the angle from which on a normal is turned about: more than what slides round a
-/// corner turns by in a substep.
+/// The cosine of the angle from which on a normal is turned about: more than the turn in a substep
+/// of a feature that slides round a corner.
 const TURNED_ABOUT: f64 = -0.5;

@@ -26,8 +26,8 @@ impl<R: Real> Patch<R> {
         self.inverse_masses.resize(count, R::ZERO);
     }
 
-    /// Sets the velocities before to those that are apart from the mean ones, which are set, by a
-    /// part of what those of the end are.
+    /// Sets the velocities before to those that differ from the mean ones, which are set, by a part
+    /// of the difference of those at the end.
     pub(super) fn set_before(
         &mut self,
         (shells, vertices): (&Shells, &[u32]),
@@ -41,7 +41,7 @@ impl<R: Real> Patch<R> {
         }
     }
 
-    /// The means of the velocities of some vertices before a kick and now.
+    /// The means of the velocities of some vertices before a kick and their current ones.
     pub(super) fn means(&mut self, vertices: &[u32]) -> &[R::Vec3] {
         for &vertex in vertices {
             let (mean, now) = (&mut self.before[vertex as usize], self.velocities[vertex as usize]);

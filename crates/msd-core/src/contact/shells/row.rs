@@ -6,13 +6,13 @@ use crate::contact::law::coulomb;
 use crate::number::{Real, Vector};
 use glam::DVec3;
 
-/// A contact: up to four particles, and what keeps two sides of them apart.
+/// A contact: up to four particles, and the impulse that keeps two sides of them apart.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ContactRow<R: Real> {
-    /// Which features: their kind, and the number of each.
+    /// The features: their kind, and the number of each.
     pub(super) key: u64,
-    /// The vertices, and their weights: positive on one side, negative on the other, and 0 for what
-    /// is no particle of it.
+    /// The vertices, and their weights: positive on one side, negative on the other, and 0 for an
+    /// entry that is not a particle of the row.
     pub(super) vertices: [u32; 4],
     pub(super) weights: [R; 4],
     /// Direction from the second side to the first, length one.
@@ -22,7 +22,7 @@ pub(super) struct ContactRow<R: Real> {
     pub(super) turns: bool,
     pub(super) turning: [u32; 3],
     pub(super) turns_by: [R::Vec3; 3],
-    /// The distance at which it stops them, and by how much they are farther apart, metres.
+    /// The distance at which it stops them, and their distance beyond that, metres.
     pub(super) stop: R,
     pub(super) gap: R,
     /// Velocity of the second side where that is an obstacle, or at which both sides of an overlap
@@ -45,7 +45,7 @@ pub(super) struct ContactRow<R: Real> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RowImpulse {
-    /// Which features it is between: their kind, and the number of each.
+    /// The features that it is between: their kind, and the number of each.
     pub key: u64,
     /// Along the normal, newton seconds.
     pub push: f64,
@@ -61,10 +61,10 @@ pub(super) const FACE: u64 = 0;
 pub(super) const EDGE: u64 = 1;
 pub(super) const VERTEX: u64 = 2;
 pub(super) const EDGES: u64 = 3;
-/// What marks a row of a vertex and an obstacle among those of edges.
+/// The bit that marks a row of a vertex and an obstacle among those of edges.
 pub(super) const OBSTACLE: u64 = 1 << 61;
 
-/// What marks a row of a vertex that is inside another shell among those of edges.
+/// The bit that marks a row of a vertex inside another shell among those of edges.
 pub(super) const OVERLAP: u64 = 1 << 60;
 
 /// The bits of the number of a feature in a key.
@@ -111,7 +111,7 @@ impl<R: Real> ContactRow<R> {
         each.fold(sum, |sum, (&at, by)| sum + by * self.normal.dot(column[at as usize]))
     }
 
-    /// The same, but for what the turning face adds across the normal.
+    /// The same, but for the part across the normal that the turning face adds.
     #[inline(always)]
     fn apart(&self, column: &[R::Vec3]) -> R::Vec3 {
         let each = self.vertices.iter().zip(self.weights);
@@ -134,7 +134,7 @@ impl<R: Real> ContactRow<R> {
     /// Gives both sides an impulse, newton seconds; or, of a column of positions, a way of theirs
     /// times the mass.
     ///
-    /// Friction acts on both sides at the same place, half way between them or not: a face takes
+    /// Friction acts on both sides at the same place, half way between them or not. A face takes
     /// the couple of the two forces, which are some distance apart.
     #[inline(always)]
     pub(super) fn give(&self, column: &mut [R::Vec3], inverse_masses: &[R], impulse: R::Vec3) {
@@ -185,7 +185,8 @@ impl<R: Real> ContactRow<R> {
     }
 
     /// The impulse, along the normal and across it, by which a mass, kilograms, answers the
-    /// velocity of one side, and what the second is of that which would hold it: Coulomb's law.
+    /// velocity of one side, and the fraction of the holding impulse that the second is: Coulomb's
+    /// law.
     #[inline(always)]
     pub(super) fn answer(&self, velocity: R::Vec3, may_close: R, mass: R) -> (R, R::Vec3, R) {
         let speed = velocity.dot(self.normal);
@@ -206,7 +207,7 @@ pub(super) struct InSolve<R: Real> {
     pub(super) stiffness: R,
     pub(super) grip: R,
     pub(super) is_stiff: bool,
-    /// How often it began or ceased to act.
+    /// Number of times that it began or ceased to act.
     pub(super) changes: u32,
     /// The impulse along the normal and across it as last corrected, newton seconds.
     pub(super) push: R,
@@ -238,5 +239,5 @@ pub(super) fn add_shares<R: Real>(
     row.share(vector, |_| R::ONE, |vertex, part| add_vector::<R>(column, at(vertex), part));
 }
 
-/// The part of a distance by which an overlap is left as it is: all that a run makes by itself.
+/// The part of a distance up to which an overlap is left: all that a run makes by itself.
 pub(super) const SLOP: f64 = 0.1;

@@ -31,7 +31,7 @@ pub(crate) struct ShellRows<R: Real> {
     kept: Vec<(R, R::Vec3)>,
     /// The rows in a solve.
     pub(super) in_solve: Vec<InSolve<R>>,
-    /// What a search takes note of.
+    /// Notes of a search.
     keys: Vec<u64>,
     near: Vec<(u64, usize)>,
     are_held: Vec<bool>,
@@ -137,7 +137,7 @@ impl<R: Real> ShellRows<R> {
         };
         self.rows.clear();
         self.rows.extend(impulses.iter().map(row));
-        // What was seen since is undone.
+        // Crossings that were counted since then are undone.
         self.through = Through::default();
     }
 
@@ -174,15 +174,15 @@ impl<R: Real> ShellRows<R> {
         pairs
     }
 
-    /// Discards what is known of ways since the rows were found last: not drifts at the velocities
-    /// after a kick alone made them.
+    /// Discards the known ways since the rows were found last: not drifts at the velocities after a
+    /// kick alone made them.
     pub(crate) fn lose_track(&mut self) {
         self.lists.lose_track();
     }
 
     /// Finds the rows at a state, each with the impulse that it gave last, before a kick of
     /// `length` seconds by some forces and a drift of h seconds at the velocities after it, and
-    /// those within a least margin, metres; returns whether particles are so fast that some may
+    /// those within a least margin, metres. Returns whether particles are so fast that some may
     /// cross.
     pub(crate) fn find(
         &mut self,
@@ -338,8 +338,8 @@ impl<R: Real> ShellRows<R> {
     /// Corrects the outcome of a substep in the stages of which these forces acted, by its mean
     /// velocities, which are set, and then its last ones.
     ///
-    /// What is added to impulses acts as if it were given at the start; where `is_late`, the mean
-    /// velocities are those of the start, and it is felt at the end alone.
+    /// An addition to impulses acts as if it were given at the start. Where `is_late`, the mean
+    /// velocities are those of the start, and the addition is felt at the end alone.
     pub(crate) fn end(
         &mut self,
         at: &At<'_, R>,
@@ -422,7 +422,7 @@ impl<R: Real> ShellRows<R> {
         }
     }
 
-    /// Lets the rows that have given an impulse follow their features to where these are now.
+    /// Lets the rows that have given an impulse follow their features to their current places.
     fn follow(&mut self, at: &At<'_, R>) {
         let finder = Finder::new(at, &self.patch, R::LARGEST.sqrt() * R::HALF);
         let acts = |row: &&mut ContactRow<R>| row.is_of_features() && row.push != R::ZERO;

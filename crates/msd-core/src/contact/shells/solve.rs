@@ -25,13 +25,13 @@ use crate::number::{Real, Vector};
 
 impl<R: Real> ShellRows<R> {
     /// Finds the rows that a drift of h seconds at some velocities may close, each with its
-    /// impulse; returns whether particles are so fast that some may cross.
+    /// impulse. Returns whether particles are so fast that some may cross.
     pub(crate) fn find_for_solve(&mut self, at: &At<'_, R>, motion: [&[R]; 2], h: R) -> bool {
         let [positions, velocities] = motion;
         let least = R::of(at.shells.reach() * LEAST_MARGIN);
         let columns = [positions, velocities, velocities];
         let is_fast = self.find(at, columns, (R::ZERO, h, least));
-        // The solve itself holds what lies on an obstacle.
+        // The solve itself holds particles that lie on an obstacle.
         self.rows.retain(|row| !row.is_of_obstacle());
         is_fast
     }
@@ -65,14 +65,14 @@ impl<R: Real> ShellRows<R> {
         self.in_solve.extend(self.rows.iter().map(of));
     }
 
-    /// Sets the impulses for the next solve by velocities and changes of them; returns the largest
+    /// Sets the impulses for the next solve by velocities and changes of them. Returns the largest
     /// velocity that these impulses are to take away, metres per second.
     pub(crate) fn press(&mut self, at: &At<'_, R>, motion: [&[R]; 2], h: R) -> R {
         self.answer(at, motion, h)[0]
     }
 
     /// Sets the impulses by the velocities that a solve left, and corrects those from which the
-    /// next one starts if solves agree; returns the largest velocity by which it missed, metres per
+    /// next one starts if solves agree. Returns the largest velocity by which it missed, metres per
     /// second.
     pub(crate) fn correct(&mut self, at: &At<'_, R>, motion: [&[R]; 2], h: R) -> R {
         let [missed, off] = self.answer(at, motion, h);
@@ -159,9 +159,10 @@ impl<R: Real> ShellRows<R> {
     }
 
     /// Ends a substep of these mean velocities, in the solve of which the impulses acted. Where it
-    /// `mirrors` velocities, the rows hold those at its end: what came would leave as fast.
+    /// `mirrors` velocities, the rows hold those at its end: a particle that came would leave as
+    /// fast.
     ///
-    /// They hold along the normals that the solve had: at the end of a long substep the features of
+    /// They hold along the normals that the solve had. At the end of a long substep the features of
     /// a row need not be the nearest ones any more.
     pub(crate) fn end_solved(
         &mut self,
@@ -189,7 +190,7 @@ impl<R: Real> ShellRows<R> {
     }
 }
 
-/// The least margin of a row, in reaches: what rests has no velocities by which to find it.
+/// The least margin of a row, in reaches: a resting contact has no velocities by which to find it.
 const LEAST_MARGIN: f64 = 0.1;
-/// How often a row may begin or cease to act before it keeps its stiffness.
+/// Number of times that a row may begin or cease to act before it keeps its stiffness.
 const MOST_CHANGES: u32 = 3;

@@ -4,7 +4,7 @@ use super::row::{ContactRow, SLOP};
 use crate::contact::Contacts;
 use crate::number::{Real, Vector};
 
-/// How long it takes to undo an overlap, seconds: by as much as is left of it in each such time.
+/// Time constant with which an overlap is undone, seconds.
 pub(super) const UNDOING: f64 = 0.05;
 
 /// Adds a part of the impulses that are not booked yet to velocities, or to positions by the time
@@ -25,8 +25,8 @@ pub(super) fn add<R: Real>(
 
 /// Corrects the impulses of all rows in their order, so that no gap closes in a drift of h seconds.
 ///
-/// A row that has given none and would close starts to if `starts` says so of it and its velocity;
-/// that lets a face take the couple of friction.
+/// A row that has given none and would close starts to if `starts` says so of it and its velocity.
+/// That lets a face take the couple of friction.
 pub(super) fn sweep<R: Real>(
     rows: &mut [ContactRow<R>],
     velocities: &mut [R::Vec3],
@@ -75,7 +75,7 @@ pub(super) fn hold<R: Real>(
     }
 }
 
-/// Books the work of what was added to impulses, each of which acted at mean velocities.
+/// Books the work of the additions to impulses, each of which acted at mean velocities.
 pub(super) fn work<R: Real>(rows: &[ContactRow<R>], means: &[R::Vec3]) -> Contacts {
     work_of(rows, means, |row| row.impulse() - row.booked)
 }

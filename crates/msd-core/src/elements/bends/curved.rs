@@ -3,15 +3,14 @@
 use crate::number::{Real, Vector};
 use core::array::from_fn;
 
-/// The part of all that is bent, squared, that must be along the normal for there to be one: at the
+/// The part of all that is bent, squared, that must be along the normal for there to be one. At the
 /// opposite of the rest there is none.
 const LEAST_PART_SQUARED: f64 = 1e-8;
 
-/// The square of how much steeper than that of a flat bend a gradient may be: shells in use are
-/// below 2.
+/// The square of the largest ratio of a gradient to that of a flat bend: shells in use are below 2.
 const STEEPEST_SQUARED: f64 = 4.0;
 
-/// A bend that is curved at rest, as it is bent.
+/// The current shape of a bend that is curved at rest.
 ///
 /// With e = x1 − x0, f = w2 (x2 − x0) − w3 (x3 − x0), s the weighted sum and m = e × f/|e|,
 /// triangles that keep their shape have s = L sin φ n and m = L cos φ n, n being the normal of the
@@ -32,14 +31,14 @@ pub(super) struct Curved<R: Real> {
     across: R::Vec3,
     /// ŵ; zero where there is none.
     normal: R::Vec3,
-    /// What d is across ŵ, by |w|.
+    /// The part of d across ŵ, by |w|.
     tilt: R::Vec3,
-    /// How far it is off its rest, d.
+    /// Deviation from its rest, d.
     pub(super) off: R::Vec3,
 }
 
 impl<R: Real> Curved<R> {
-    /// By weights, the tangent at rest and what a function says are the positions.
+    /// By weights, the tangent at rest and the positions that a function gives.
     #[inline(always)]
     pub(super) fn new(weights: [R; 4], rest: R, of: impl Fn(usize) -> R::Vec3) -> Self {
         let [sum, edge, across] = sums(weights, of);
@@ -58,7 +57,7 @@ impl<R: Real> Curved<R> {
         Curved { weights, rest, part, edge, inverse, across, normal, tilt, off }
     }
 
-    /// What is left of a vector across the edge.
+    /// The part of a vector across the edge.
     #[inline(always)]
     fn beside(&self, vector: R::Vec3) -> R::Vec3 {
         vector - self.edge * self.edge.dot(vector)
@@ -72,7 +71,7 @@ impl<R: Real> Curved<R> {
         [sum, edge, across, turn, turn.cross(self.across) + self.edge.cross(across)]
     }
 
-    /// The change G v of what it is off, by motions that a function says.
+    /// The change G v of its deviation, by motions that a function gives.
     #[inline(always)]
     pub(super) fn change(&self, of: impl Fn(usize) -> R::Vec3) -> R::Vec3 {
         let [sum, .., lifted] = self.changes(of);
@@ -89,7 +88,7 @@ impl<R: Real> Curved<R> {
     /// The gradient p of d·ŵ by the particles, along which a damper acts.
     ///
     /// It has no bound where ŵ turns in no time, as where the edge shrinks to nothing, and a damper
-    /// that stiff makes any substep unstable: a longer one is shortened, which takes less power.
+    /// that stiff makes any substep unstable. So a longer one is shortened, which takes less power.
     #[inline(always)]
     pub(super) fn gradient(&self) -> [R::Vec3; 4] {
         let sum = (self.normal + self.tilt * self.rest) * self.part;
@@ -122,7 +121,7 @@ impl<R: Real> Curved<R> {
         let by = R::ZERO - self.rest * self.part;
         let change = (sum - lifted * self.rest) * (self.part * stiffness);
         let [edges, acrosses] = self.pulls(change * by);
-        // The pull along m as it is, whose parts change as the edge turns and stretches.
+        // The current pull along m, whose parts change as the edge turns and stretches.
         let pull = self.off * (stiffness * by);
         let (pulled, stretch) = (self.across.cross(pull), self.edge.dot(edge) * self.inverse);
         let turned = turn * self.edge.dot(pulled) + self.edge * turn.dot(pulled);
@@ -131,8 +130,9 @@ impl<R: Real> Curved<R> {
         self.spread(change * self.part, pulls)
     }
 
-    /// At most how much each particle changes what it is off, and how stiff its turning makes that
-    /// particle beyond the square of these, for a pull of one newton: row sums of magnitudes.
+    /// Bounds of the change of the deviation by each particle, and of the stiffness that its
+    /// turning adds to that particle beyond the square of these, for a pull of one newton: row sums
+    /// of magnitudes.
     pub(super) fn bounds(&self) -> [[R; 2]; 4] {
         let length = |vector: R::Vec3| vector.dot(vector).sqrt();
         let (across, by) = (length(self.across) * self.inverse, self.rest.abs() * self.part);
@@ -156,7 +156,7 @@ fn shares<R: Real>([_, _, c, d]: [R; 4]) -> [R; 4] {
     [d - c, R::ZERO, c, -d]
 }
 
-/// The weighted sum, the edge and f of what a function says of particles.
+/// The weighted sum, the edge and f of the vectors that a function gives for particles.
 #[inline(always)]
 fn sums<R: Real>(weights: [R; 4], of: impl Fn(usize) -> R::Vec3) -> [R::Vec3; 3] {
     let first = of(0);

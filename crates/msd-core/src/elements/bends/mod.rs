@@ -51,7 +51,7 @@ fn to_scene<R: Real>(row: &Row<R>) -> Bend {
 }
 
 impl<R: Real> BendLaw<R> {
-    /// The weighted sum of what a function says of its particles, 0 to 3.
+    /// The weighted sum of the vectors that a function gives for its particles, 0 to 3.
     ///
     /// Of differences: positions far from the origin would leave their rounding.
     fn sum(&self, of: impl Fn(usize) -> R::Vec3) -> R::Vec3 {
@@ -73,7 +73,7 @@ impl<R: Real> BendLaw<R> {
         }
     }
 
-    /// How it is bent, by positions, if it is curved at rest.
+    /// Its current shape, by positions, if it is curved at rest.
     #[inline(always)]
     fn curved(&self, of: impl Fn(usize) -> R::Vec3) -> Option<Curved<R>> {
         (self.rest != R::ZERO).then(|| Curved::new(self.weights, self.rest, of))
@@ -116,7 +116,7 @@ impl<R: Real, const M: usize> BendGroup<R, M> {
         edges
     }
 
-    /// Subtracts pulls, each times the weights, from what is summed.
+    /// Subtracts pulls, each times the weights, from the sums.
     #[inline(always)]
     fn subtract_pulls(&self, pulls: &Triple<R, M>, sums: &mut [R]) {
         for (axis, pulls) in pulls.iter().enumerate() {
@@ -241,7 +241,7 @@ impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
     #[inline(always)]
     fn multiply<const M: usize>(group: &BendGroup<R, M>, tau: R, to: &mut StencilSums<'_, R>) {
         let StencilSums { positions: x, ways: direction, is_damped, sums: products } = to;
-        // What is summed is the opposite of a force.
+        // The sum is the opposite of a force.
         if let Some(curved) = group.law.curved(group.first(x)) {
             let pull = curved.change(group.first(direction)) * (tau * tau * group.law.stiffness);
             group.subtract_parts(curved.parts(-pull), products);
@@ -386,8 +386,8 @@ impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
     }
 }
 
-/// Moves the particles of one that is curved, by h² k and h b: first to where it is off its rest by
-/// less, then against the change of its angle.
+/// Moves the particles of a curved bend, by h² k and h b: first to reduce its deviation from rest,
+/// then against the change of its angle.
 fn project_curved<R: Real>(
     (row, curved): (&Row<R>, &Curved<R>),
     [elastic, damped, _]: &mut [R; MULTIPLIERS],
@@ -416,15 +416,17 @@ fn project_curved<R: Real>(
     }
 }
 
-/// Whether a bend is all but straight, by the squares of its sum and of an edge: its direction is
-/// not known yet, as any motion would give it one. Its damping is then taken to act in all.
+/// Returns whether a bend is all but straight, by the squares of its sum and of an edge. Its
+/// direction is not known yet, as any motion would give it one. Its damping is then taken to act in
+/// all.
 #[inline(always)]
 fn is_straight<R: Real>(square: R, edge: R) -> bool {
     let bent = edge * R::of(1e-6) < square && R::SHORTEST_SQUARED <= square;
     !bent
 }
 
-/// The sum of scalar products of the parts of particles with what a function says of them.
+/// The sum of scalar products of the parts of particles with the vectors that a function gives for
+/// them.
 #[inline(always)]
 fn dot_parts<R: Real>(parts: &[R::Vec3; 4], of: impl Fn(usize) -> R::Vec3) -> R {
     let [a, b, c, d] = from_fn(|end| parts[end].dot(of(end)));

@@ -1,13 +1,13 @@
 //! Transposes between points, the numbers of a particle side by side, and the columns of a record.
 //!
-//! The springs of unstructured blocks name their other ends one by one: these are gathered from
-//! points, and what they feel is summed in points.
+//! The springs of unstructured blocks name their other ends one by one. These are gathered from
+//! points, and the forces on them are summed in points.
 #![allow(unsafe_code)]
 
 use crate::number::{GATHERED, LANES, POINT, QUAD, RECORD, Transpose};
 use fearless_simd::{Simd, SimdBase, SimdInterleaved, f32x4, f64x2};
 
-/// Bytes of points that the near caches hold beside what a sweep streams through them.
+/// Bytes of points that the near caches hold beside the data that a sweep streams through them.
 pub(crate) const NEAR_BYTES: usize = 1 << 19;
 
 /// Distance of the prefetch, rows times bytes of a number: enough to cover the latency of memory,

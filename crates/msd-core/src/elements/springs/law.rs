@@ -24,16 +24,16 @@ impl<R: Real> Law<R> {
 }
 
 /// The force on the end `there` of a spring, newtons, and the power that its damper dissipates,
-/// watts; the force on the end `here` is the opposite.
+/// watts. The force on the end `here` is the opposite.
 ///
 /// With d from there to here, L = |d|, u = d/L and v the velocity of here as seen from there:
 /// f = (k (L − rest) + b v·u) u. A spring whose ends coincide has no direction and pulls nothing.
 /// A damper takes no notice of motions so slow that the numbers would be subnormal, see
 /// [`Real::FAINTEST`]. Each end is a position and a velocity.
 ///
-/// A difference is taken from here to there, since a processor reads what it subtracts, not what it
-/// subtracts from, on the way. One select serves springs that are absent, cut or without direction.
-/// A position that is NaN or infinite gets past it; such a step is undone as a whole.
+/// A difference is taken from here to there, since a processor reads the subtrahend, not the
+/// minuend, on the way. One select serves springs that are absent, cut or without direction. A
+/// position that is NaN or infinite gets past it; such a step is undone as a whole.
 #[inline(always)]
 pub fn pull<N: Number, const DAMPED: bool>(
     [x, v]: [[N; 3]; 2],
@@ -71,9 +71,9 @@ pub fn energy(length: f64, law: Law<f64>) -> f64 {
 /// The derivative of the force of a spring about a motion.
 ///
 /// A small displacement w of here as seen from there changes the force by k u (u·w) + (T/L) (w − u
-/// (u·w)), T being the tension of the spring and its damper: stretched, it also resists a sideways
-/// motion, as a string does. A small velocity changes it by b u (u·w). How a damper turns with its
-/// spring is left out: that part is not symmetric. The fast twin is in `matrix.rs`.
+/// (u·w)), T being the tension of the spring and its damper. Stretched, it also resists a sideways
+/// motion, as a string does. A small velocity changes it by b u (u·w). The turn of a damper with
+/// its spring is left out: that part is not symmetric. The fast twin is in `matrix.rs`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tangent<R: Real> {
     /// Unit vector of the spring; zero where it has no direction.

@@ -4,14 +4,14 @@
 //! apart, joins two records of the same lane, or, past the end of a segment, of neighbouring lanes.
 //! A *row* is up to sixteen springs of one d that start at one record, each evaluated once. A
 //! *step* is all rows that start at one record, the farthest first. The first steps of a block are
-//! its *halo*: the ends of all segments, seen from the next lane; the sums of their particles are
-//! carried on by the step that comes upon the same particles in their own lane.
+//! its *halo*: the ends of all segments, seen from the next lane. The step that comes upon the same
+//! particles in their own lane carries their sums on.
 //!
 //! In other blocks a row is up to one spring for each particle of a record, whose other ends are
-//! named one by one; a spring stands in the row of one end, such that all rows are about full.
+//! named one by one. A spring stands in the row of one end, such that all rows are about full.
 //!
 //! Every particle sums in one order, whatever the instructions and threads: see [`Sum`]. Threads
-//! evaluate *parts* of a large block, runs of steps, at the same time; the forces of a part on
+//! evaluate *parts* of a large block, runs of steps, at the same time. The forces of a part on
 //! others, and on the ends of segments, are summed separately and added before the extras. The
 //! parts depend on the springs alone, and so do the bits.
 
@@ -52,9 +52,9 @@ pub(crate) struct Band {
     pub(crate) numbers: Range<usize>,
     pub(crate) steps: Range<usize>,
     pub(crate) rows: Range<usize>,
-    /// How many of the steps are the halo; `None` without segments.
+    /// Number of steps in the halo; `None` without segments.
     pub(crate) halo: Option<usize>,
-    /// How many records away the other end of a spring is, at most.
+    /// Largest distance to the other end of a spring, in records.
     pub(crate) reach: usize,
 }
 
@@ -119,7 +119,7 @@ pub(crate) struct Layout {
     pub(crate) steps: Vec<Step>,
     pub(crate) rows: Vec<Row>,
     /// The other ends of rows without segments, as slots counted from as many records in front as
-    /// the springs of the band reach; the particle itself where there is none.
+    /// the springs of the band reach. It is the particle itself where there is none.
     pub(crate) others: Vec<[u32; LANES]>,
     pub(crate) extras: Vec<Extra>,
     /// Row and lane of each spring, row · 16 + lane; [`NOWHERE`] for an extra.
@@ -133,8 +133,7 @@ pub(crate) const NOWHERE: u32 = u32::MAX;
 /// fewer would be emptier than rows that name each end are slow.
 const FAMILY: usize = 8;
 
-/// Extras of a block of segments: one of so many springs, at most, as they are evaluated one by
-/// one.
+/// Extras of a block of segments: at most one in so many springs, as they are evaluated one by one.
 const MOST_EXTRAS: usize = 20;
 
 /// Bodies of fewer particles share a block with their neighbours.
@@ -147,7 +146,7 @@ const GROUP: usize = 50_000 / LANES;
 /// Parts of a block, at most.
 const MOST_PARTS: usize = 16;
 
-/// Rows for each step of the halo and each part but the first, at least: the forces of a part on
+/// Rows for each step of the halo and each part but the first, at least. The forces of a part on
 /// later ones are added record by record, which takes a few percent of the time of as many rows.
 const ROWS_PER_STEP: usize = 24;
 
@@ -192,7 +191,7 @@ impl Layout {
         self.bands.iter().filter_map(|band| band.halo).max().unwrap_or(0)
     }
 
-    /// How many records away named ends are, at most.
+    /// Largest distance to a named end, in records.
     pub(crate) fn reach(&self) -> usize {
         let named = self.bands.iter().filter(|band| band.halo.is_none());
         named.map(|band| band.reach).max().unwrap_or(0)
@@ -401,8 +400,8 @@ impl Layout {
         }
     }
 
-    /// Adds rows that name each other end; returns the slot of each particle, and how many records
-    /// springs reach.
+    /// Adds rows that name each other end; returns the slot of each particle, and the number of
+    /// records springs reach.
     fn add_named(&mut self, springs: &BlockSprings<'_>) -> (Vec<u32>, usize) {
         let owned = springs.owned();
         let order = near_order(&springs.lists(), &owned);
@@ -518,7 +517,8 @@ fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// The particles of the blocks: bodies, and what is between them. Bodies that overlap are one.
+/// The particles of the blocks: bodies, and the particles between them. Bodies that overlap are
+/// one.
 fn ranges(count: usize, bodies: &[Range<usize>]) -> Vec<Range<usize>> {
     let mut bodies: Vec<Range<usize>> =
         bodies.iter().filter(|body| !body.is_empty()).cloned().collect();

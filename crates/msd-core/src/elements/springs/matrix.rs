@@ -26,7 +26,7 @@ use fearless_simd::{Level, Simd};
 /// - The force of a damper also turns with the spring by b u (w − u (u·w))ᵀ / L, which is not
 ///   symmetric and is left out.
 ///
-/// Only the matrix is approximate, never the force: what is left out changes a velocity by a term
+/// Only the matrix is approximate, never the force: the omitted part changes a velocity by a term
 /// of third order in τ, and Newton iterations remove it.
 #[derive(Clone, Debug)]
 pub(crate) struct SpringMatrix<R: Real> {
@@ -71,7 +71,7 @@ impl<R: Real> SpringMatrix<R> {
     }
 
     /// Overwrites the weights with those about a stage, and adds to the diagonal blocks of all
-    /// particles: to their numbers xx, xy and xz in one column, to yy, yz and zz in another.
+    /// particles. Their numbers xx, xy and xz are in one column, yy, yz and zz in another.
     pub(crate) fn linearise(
         &mut self,
         springs: &Springs<R>,
@@ -418,7 +418,7 @@ impl<S: Simd, R: Real> RowPass<S, R, 1> for Multiply<'_, R> {
         load(simd, columns, 0)
     }
 
-    /// Where there is no spring, its weights are zero.
+    /// A missing spring has weights of zero.
     #[inline(always)]
     fn add(
         &mut self,

@@ -76,7 +76,7 @@ pub struct Springs<R: Real> {
     rest_lengths: Vec<R>,
     stiffnesses: Values<R>,
     dampings: Values<R>,
-    /// Which springs are cut; empty where none is.
+    /// Flags of the springs that are cut; empty where none is.
     cut: Vec<bool>,
     layout: Layout,
     /// The numbers of rows, in sixteens, those that are alike once.
@@ -159,7 +159,7 @@ impl<R: Real> Springs<R> {
         self.cut.get(spring).is_some_and(|&cut| cut)
     }
 
-    /// Which springs are cut; empty where none is.
+    /// Flags of the springs that are cut; empty where none is.
     pub(crate) fn cut_flags(&self) -> &[bool] {
         &self.cut
     }
@@ -329,8 +329,8 @@ impl<R: Real> Element<R> for Springs<R> {
 }
 
 /// A spring that pushes sideways more than so many times its stiffness, being crushed to less than
-/// an eleventh of its rest length, counts as one that pushes so much: the prediction sets what
-/// buckles aside, and where ends almost coincide the rounding of that would be all it sees.
+/// an eleventh of its rest length, counts as one that pushes so much. The prediction sets buckling
+/// motions aside, and where ends almost coincide their rounding would be all it sees.
 const CRUSHED: f64 = 10.0;
 
 impl<R: Real> Force<R> for Springs<R> {

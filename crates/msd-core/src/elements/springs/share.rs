@@ -63,7 +63,7 @@ pub(super) struct Sweep<'a, R: Real> {
     pub(super) input: Input<'a, R>,
 }
 
-/// Groups of pieces, with what they write: numbers that are theirs alone.
+/// Groups of pieces, with their outputs: numbers that are theirs alone.
 pub(super) struct Share<'a, R: Real> {
     pub(super) groups: &'a [Range<usize>],
     pub(super) work: &'a mut [GroupWork<R>],
@@ -136,7 +136,8 @@ impl<R: Real> Sweep<'_, R> {
         }
     }
 
-    /// Adds what parts have kept: forces on later parts, then those on the ends of segments.
+    /// Adds the forces that parts have kept: those on later parts, then those on the ends of
+    /// segments.
     pub(super) fn add_late_sums(
         &self,
         work: &[GroupWork<R>],

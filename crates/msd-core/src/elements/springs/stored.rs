@@ -67,7 +67,7 @@ fn add<R: Real>(
         let along =
             |axis: usize| there[axis * LANES + lane].to_f64() - here[axis * LANES + lane].to_f64();
         let [x, y, z] = [along(0), along(1), along(2)];
-        // What lies in the lane of a spring that is not there may be anything.
+        // The lane of a missing spring may hold any value.
         let is_there = row.mask >> lane & 1 != 0;
         let rest = rests[lane].to_f64();
         let length = if is_there { Real::sqrt(x * x + y * y + z * z) } else { rest };

@@ -125,7 +125,7 @@ pub(crate) fn add_column<R: Real>(column: &[R], to: &mut [R]) {
 /// one before the root and the quotient of another are done.
 const TOGETHER: usize = 8;
 
-/// Adds the springs whose other ends are named one by one, each evaluated once: the forces on those
+/// Adds the springs whose other ends are named one by one, each evaluated once. The forces on those
 /// ends are summed in quads, one for each slot, and added to the forces at the end.
 #[inline(always)]
 pub(super) fn add_named<S: Simd, R: Real, const DAMPED: bool>(
@@ -193,7 +193,7 @@ pub(super) fn add_named<S: Simd, R: Real, const DAMPED: bool>(
     settle(simd, (blank..reach, tail), forces, later);
 }
 
-/// Adds the quads of a piece to its forces; those of records in front of it and behind it make room
+/// Adds the quads of a piece to its forces. Those of records in front of it and behind it make room
 /// for these records, which are shorter.
 #[inline(always)]
 fn settle<S: Simd, R: Real>(

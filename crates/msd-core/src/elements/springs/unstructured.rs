@@ -41,9 +41,9 @@ pub(super) fn slots_of(order: &[u32]) -> Vec<u32> {
 }
 
 /// Particles in the order in which a walk along springs finds them, nearest first, backwards
-/// (Cuthill and McKee, 1969; George, 1971), so that joined particles are near each other; in
-/// windows of which those that own the most springs come first, so that the rows of a record are
-/// full.
+/// (Cuthill and McKee, 1969; George, 1971), so that joined particles are near each other. Within
+/// windows of that order, particles that own the most springs come first, so that the rows of a
+/// record are full.
 pub(super) fn near_order(lists: &Lists, owned: &Lists) -> Vec<u32> {
     let count = lists.starts.len() - 1;
     let springs = |&particle: &u32| lists.of(particle).len();

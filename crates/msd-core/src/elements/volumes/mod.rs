@@ -36,7 +36,7 @@ fn to_scene<R: Real>(row: &CellRow<R>) -> Volume {
     }
 }
 
-/// The diagonals of what a function says of corners.
+/// The diagonals of the vectors that a function gives for corners.
 fn diagonals<R: Real>(of: impl Fn(usize) -> R::Vec3) -> Six<R, 1> {
     DIAGONALS.map(|[from, to]| (of(to) - of(from)).components().map(|number| [number]))
 }
@@ -112,12 +112,12 @@ impl<R: Real> StencilLaw<R, 8> for VolumeLaw<R> {
         let shape = CellShape::new(&cells.law, cells.diagonals(to.positions));
         let rates = shape.rate(&cells.diagonals(to.ways));
         let factors = shape.factors(&cells.law, tau);
-        // What is subtracted is the opposite.
+        // The opposite is subtracted.
         let pulls = from_fn(|lane| -(rates[lane] * factors[lane]));
         cells.subtract_parts(&shape.gradient, &pulls, to.sums);
     }
 
-    /// Without those of a negative Λ: what is left is as good for a solve, and positive for sure.
+    /// Without those of a negative Λ: the rest is as good for a solve, and positive for sure.
     fn add_blocks(cell: &Cells<R, 1>, (tau, positions): (R, &[R]), blocks: &mut [&mut [R]; 2]) {
         if cell.law.is_negative() {
             return;
@@ -131,7 +131,7 @@ impl<R: Real> StencilLaw<R, 8> for VolumeLaw<R> {
         }
     }
 
-    /// A constraint V = V0 of compliance V0/Λ. A negative Λ, which is no constraint, pushes away
+    /// A constraint V = V0 of compliance V0/Λ. A negative Λ, which is not a constraint, pushes away
     /// from it by at most as much.
     fn project(
         row: &CellRow<R>,

@@ -5,8 +5,9 @@ use crate::number::Real;
 use crate::scene::Volume;
 use core::array::from_fn;
 
-/// The volume of a cell is a sum over six diagonals of its faces, each from one corner to another:
-/// those of three faces at corner 0, and those of the three faces at corner 7 that go there.
+/// The volume of a cell is a sum over six diagonals of its faces, each from one corner to another.
+/// They are those of three faces at corner 0, and those of the three faces at corner 7 that go
+/// there.
 pub(super) const DIAGONALS: [[usize; 2]; 6] = [[1, 7], [0, 6], [2, 7], [0, 3], [0, 5], [4, 7]];
 
 /// Numbers of some cells side by side, one in each lane.
@@ -21,7 +22,7 @@ pub(super) type Six<R, const N: usize> = [Triple<R, N>; 6];
 /// A negative Λ takes away some of the resistance of springs, and must not take away more. There
 /// f = (1 + e) e²/(2 q), q = 1 + 5/3 e + 2 e² + e⁴/3. To third order that is 9/2 ((V/V0)^⅓ − 1)²,
 /// which in a uniform dilation goes as the springs do. It is 0 in a flat cell and negative in one
-/// that is inside out, so that the energy Λ f resists that, and it goes to 0 however far a cell is
+/// that is inside out, so that the energy Λ f resists that. It goes to 0 however far a cell is
 /// pulled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeLaw<R> {
@@ -230,7 +231,7 @@ pub(super) fn bilinear<R: Real, const N: usize>(a: &Six<R, N>, b: &Six<R, N>) ->
     ]
 }
 
-/// What each corner has of vectors along diagonals: those that end there less those that begin
+/// The sum at each corner of vectors along diagonals: those that end there less those that begin
 /// there.
 #[inline(always)]
 pub(super) fn corners<R: Real, const N: usize>(rows: &Six<R, N>) -> [Triple<R, N>; 8] {

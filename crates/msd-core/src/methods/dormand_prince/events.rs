@@ -18,7 +18,7 @@ use glam::DVec3;
 /// has no part left along its direction at the start.
 ///
 /// [`Holds::gap`] must be the least distance from a plane at the end of the substep or after going
-/// straight on from its start: without a negative one there is no impact on a plane.
+/// straight on from its start. Unless one is negative there is no impact on a plane.
 pub(crate) fn first_event<R: Real>(
     model: &Model<R>,
     holds: &Holds<R>,
@@ -105,7 +105,7 @@ impl<'a, R: Real> Path<'a, R> {
         approach.impact(height, speed, first)
     }
 
-    /// How it comes near an obstacle, if it may enter it.
+    /// Its approach to an obstacle, if it may enter it.
     fn approach<O: Obstacle<R> + ?Sized>(&self, obstacle: &O, slack: R) -> Option<Approach> {
         let (before, after) = (self.start.gap(obstacle), self.end.gap(obstacle));
         // A particle may touch the obstacle, or be in it while another holds it: deeper counts.
@@ -178,7 +178,7 @@ struct Approach {
     before: f64,
     /// Inside from here on.
     level: f64,
-    /// How near an impact is located.
+    /// Distance to the surface within which an impact is located.
     close: f64,
     /// Whether it is inside at the end; otherwise it turns.
     enters: bool,
@@ -198,8 +198,8 @@ impl Approach {
         if level <= height(last) {
             return None;
         }
-        // From well outside down to the surface; a particle that starts at it may hop first. One
-        // that does not is taken at the level.
+        // From well outside down to the surface; a particle that starts at it may hop first. A
+        // particle that does not hop is taken at the level.
         if close < before {
             return Some(root(height, (0.0, last), close));
         }
@@ -297,8 +297,8 @@ fn turn(speed: impl Fn(f64) -> f64, last: f64) -> f64 {
 }
 
 /// Where `value`, which is positive at the first end and negative at the second, lies between 0 and
-/// `close`: false position with the weight of a retained end halved (Illinois), and bisection
-/// should that be slow.
+/// `close`. It uses false position with the weight of a retained end halved (Illinois), and
+/// bisection should that be slow.
 fn root(value: impl Fn(f64) -> f64, (mut low, mut high): (f64, f64), close: f64) -> f64 {
     // Aims at the middle of that range.
     let value = |part| value(part) - 0.5 * close;

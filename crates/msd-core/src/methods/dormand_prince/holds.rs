@@ -1,14 +1,14 @@
 //! Held particles: those that rest, slide or stick on obstacles within a substep.
 //!
 //! Contact in the limit of short substeps. A particle that hits an obstacle bounces, and one that a
-//! hop would not lift noticeably is held: the obstacle keeps it and friction sticks it or slows its
+//! hop would not lift noticeably is held. The obstacle keeps it and friction sticks it or slows its
 //! slide. Within a substep the same particles are held in the same way, by laws that are smooth in
 //! position and velocity, so that the integrator keeps its order. Where a law would end (no
 //! pressure left, a pull stronger than friction, the end of a slide) is an event, see
 //! [`super::events`].
 //!
 //! Sliding and sticking are of the velocity as seen from the surface. On a curved obstacle the
-//! normal is that of each stage, and the acceleration along it is that of the curvature; the gap
+//! normal is that of each stage, and the acceleration along it is that of the curvature. The gap
 //! that a substep leaves is removed at its end.
 
 use super::meeting::Meeting;
@@ -109,7 +109,7 @@ pub(crate) struct Holds<R: Real> {
 /// The effect of meeting the obstacles.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Met {
-    /// The energies of impacts; those of what is held are in the powers of [`Holds::act`].
+    /// The energies of impacts; those of held particles are in the powers of [`Holds::act`].
     pub(crate) contacts: Contacts,
     /// Whether anything touched an obstacle.
     pub(crate) touched: bool,
@@ -139,7 +139,7 @@ impl Met {
         let driven = (driven * mass).to_f64();
         let taken = (slower * R::HALF * mass).to_f64() + force.dot(moved).to_f64() + driven;
         self.contacts += Contacts { count: 0, driven, ..Contacts::one(taken) };
-        // Twice the rounding of a position; what takes as long as a hop to move as far.
+        // Twice the rounding of a position; the speed that takes as long as a hop to move as far.
         let unfelt = R::of(2.0) * from.position.extent() * R::EPSILON;
         let pull = force * (R::ONE / mass);
         self.changed |= unfelt * unfelt < moved.dot(moved)
@@ -264,8 +264,8 @@ impl<R: Real> Holds<R> {
     ///
     /// A particle at an obstacle is put on it and bounces if it moves into it. It is held if it is
     /// pushed into it with an acceleration a, and d + v_n²/(2 a), the top of its hop from a
-    /// distance d, is no higher than a hop. A slide that would end within a hop has ended.
-    /// `forces` are those at the state or near it, newtons.
+    /// distance d, is at most a hop high. A slide that would end within a hop has ended. `forces`
+    /// are those at the state or near it, newtons.
     pub(crate) fn meet(
         &mut self,
         (level, model): (Level, &Model<R>),
@@ -331,7 +331,7 @@ impl<R: Real> Holds<R> {
         met
     }
 
-    /// Puts particles back on the curved obstacles that held them, but for those behind an edge: a
+    /// Puts particles back on the curved obstacles that held them, but for those behind an edge. A
     /// substep leaves them off by its error, which is more than a hop.
     fn pull_back(&self, model: &Model<R>, forces: &[R], time: f64, state: &mut Columns<R>) -> Met {
         let mut met = Met::default();
@@ -378,8 +378,8 @@ fn lower_gaps<R: Real>(plane: &PlaneColumn<R>, motion: Motion<'_, R>, way: R, ga
 
 /// The direction of friction, against the velocity; zero for none.
 ///
-/// Past the end of a slide, where the substep is cut, it goes on as before: against the velocity
-/// reflected to the side of the direction at the start.
+/// Past the end of a slide, where the substep is cut, friction goes on as before: against the
+/// velocity reflected to the side of the direction at the start.
 fn friction<V: Vector<Scalar = R>, R: Real>(direction: V, velocity: V) -> V {
     let squared = velocity.dot(velocity);
     if squared == R::ZERO {

@@ -111,7 +111,7 @@ impl<R: Real> Meeting<'_, R> {
     }
 
     /// The acceleration left by the obstacles that hold it already, as seen by another one that
-    /// moves at its own velocity: their friction presses the particle against one that moves
+    /// moves at its own velocity. Their friction presses the particle against one that moves
     /// relative to them.
     fn slope_beside(&self, velocity: R::Vec3) -> R::Vec3 {
         let touches = self.touches();

@@ -3,7 +3,7 @@
 //! The pair of orders 5 and 4 of Dormand and Prince (1980), with substeps of its own choice and
 //! with contact as located events. Its numbers are in [`tableau`], a substep is in [`stages`], its
 //! length is chosen in [`pace`], and obstacles act in [`holds`], [`meeting`], [`support`] and
-//! [`events`]; sources are named there.
+//! [`events`]. Sources are named there.
 
 mod tableau;
 mod stages;
@@ -184,8 +184,8 @@ impl<R: Real> Scratch<R> {
     ///
     /// One more evaluation, at the positions moved along the accelerations, x + τ² a, gives the
     /// fourth derivative of the motion: s = (a(x + τ² a, v) − a) / τ². With w² = |s| / |a| the
-    /// fifth is about w |s|, and the error of a substep about h⁵ w |s| / 4000, set equal to what
-    /// is allowed. Unlike the rule of Hairer, Nørsett and Wanner (1993), section II.4, it does not
+    /// fifth is about w |s|, and the error of a substep about h⁵ w |s| / 4000, set equal to the
+    /// tolerance. Unlike the rule of Hairer, Nørsett and Wanner (1993), section II.4, it does not
     /// change with the units.
     fn first_length(&mut self, step: &mut StepContext<'_, R>, allowed: f64) -> (f64, f64) {
         let (level, whole) = (step.level, step.settings.step);
@@ -213,7 +213,7 @@ impl<R: Real> Scratch<R> {
     /// infinite where none is held.
     ///
     /// Error control takes the substep to the limit of stability, where it keeps a vibration of the
-    /// size of the tolerance going: in a stiff body that is enough to lift it off and to let it
+    /// size of the tolerance going. In a stiff body that is enough to lift it off and to let it
     /// slide. The fastest motion is found by products with the stiffness, as differences of
     /// accelerations (power iteration), and its damping by one more.
     fn calm_length(&mut self, step: &mut StepContext<'_, R>) -> f64 {
@@ -246,7 +246,7 @@ impl<R: Real> Scratch<R> {
             *resisted = root_mean_square(step, way) / reach;
         }
         let calm = CALM * mode.largest_substep(Region::DORMAND_PRINCE, 1);
-        // What is no number is no limit.
+        // A NaN does not limit the substep.
         if 0.0 < calm { calm } else { f64::INFINITY }
     }
 
@@ -257,7 +257,7 @@ impl<R: Real> Scratch<R> {
         }
         let system = (step.level, step.model);
         let mut met = self.holds.meet(system, &step.scratch.forces, time, step.state);
-        // Points on springs are met at once wherever a substep ends: their impacts are no events.
+        // Points on springs are met at once wherever a substep ends: their impacts are not events.
         let substep = Substep::instant(time);
         met.add(step.model.meet_springs(step.state, &step.scratch.forces, substep));
         step.done.meet(met.contacts);

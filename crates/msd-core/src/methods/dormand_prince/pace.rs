@@ -17,7 +17,7 @@ const MOST_ATTEMPTS: u32 = 100_000;
 /// The length of the next substep.
 ///
 /// With e the error as a fraction of the tolerance, and e' that of the substep before it, a substep
-/// grows by 0.9 e^(−3/20) e'^(3/40): proportional and integral control, which avoids the rejections
+/// grows by 0.9 e^(−3/20) e'^(3/40). This proportional and integral control avoids the rejections
 /// of the plain rule 0.9 e^(−1/5); that rule follows a rejection. Source: Gustafsson (1991), ACM
 /// Trans. Math. Softw. 17, 533-554; Hairer, Nørsett and Wanner (1993), section II.4 and Hairer and
 /// Wanner (1996), section IV.2.
@@ -36,8 +36,8 @@ impl Pace {
         Pace { length, step, before: 1.0, rejected: false, attempts: 0 }
     }
 
-    /// The length to try when `left` seconds of the step are left. What is left is halved where one
-    /// substep does not reach its end and a second would be cut short.
+    /// The length to try when `left` seconds of the step are left. They are halved where one
+    /// substep does not reach the end and a second would be cut short.
     pub(crate) fn attempt(&mut self, left: f64) -> f64 {
         self.attempts += 1;
         if left <= self.length {
@@ -49,8 +49,8 @@ impl Pace {
         }
     }
 
-    /// The same for substeps that must not be longer than `most`: one that would leave but rounding
-    /// takes that too, as a substep as short as that has no error to go by.
+    /// The same for substeps that must not be longer than `most`. A substep that would leave but
+    /// rounding takes that too, as a substep as short as that has no error to go by.
     pub(crate) fn attempt_within(&mut self, left: f64, most: f64) -> f64 {
         let length = Real::min(self.attempt(left), most);
         if left - length < SHORTEST * self.step { left } else { length }

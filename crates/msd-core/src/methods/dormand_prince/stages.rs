@@ -33,7 +33,7 @@ pub(crate) struct Stages<R: Real> {
 pub(crate) struct Powers {
     /// Dissipated by elements.
     pub(crate) elements: Row,
-    /// Dissipated by friction of what obstacles hold.
+    /// Dissipated by friction of the particles that obstacles hold.
     pub(crate) friction: Row,
     /// Of the surfaces that move.
     pub(crate) driven: Row,
@@ -114,7 +114,7 @@ impl<R: Real> Stages<R> {
     /// powers integrated by the weights of the method.
     ///
     /// At a loose tolerance, near the limit of stability, the velocities inside a substep are
-    /// unphysical, and a negative weight may dominate: where a stage dissipates far more than both
+    /// unphysical, and a negative weight may dominate. Where a stage dissipates far more than both
     /// ends, the trapezoidal rule over the ends stands in.
     pub(crate) fn energies(&self, fraction: f64) -> [f64; 4] {
         let Powers { elements, friction, driven, pins } = &self.powers;
@@ -131,7 +131,7 @@ impl<R: Real> Stages<R> {
         })
     }
 
-    /// The error as a fraction of what is allowed: the root mean square over particles.
+    /// The error as a fraction of the tolerance: the root mean square over particles.
     pub(crate) fn error(&self, level: Level, slots: &Slots, allowance: Allowance) -> f64 {
         let (weights, slopes) = (allowance.weights(self.length), self.columns());
         let positions = &*self.start.positions;
@@ -172,7 +172,7 @@ pub(crate) struct Allowance {
 
 impl Allowance {
     fn weights<R: Real>(self, h: f64) -> ErrorWeights<R> {
-        // Divided by what is allowed before it is squared: the square of a length may not fit.
+        // Divided by the tolerance before it is squared: the square of a length may not fit.
         let ahead = Real::max(h, self.horizon);
         ErrorWeights {
             slopes: ERROR_SLOPE.map(|weight| R::of(ahead * h * weight / self.error)),
@@ -206,7 +206,7 @@ fn sum_of_squares<R: Real>(
     sums.iter().sum()
 }
 
-/// The square of the error of each particle of a record as a fraction of what it is allowed.
+/// The square of the error of each particle of a record as a fraction of its tolerance.
 #[inline(always)]
 fn squares<R: Real>(
     weights: &ErrorWeights<R>,

@@ -41,7 +41,7 @@ impl<R: Real> Spot<R> {
     }
 
     /// Whether it moves along the surface of an obstacle rather than into or off it, as it does
-    /// behind an edge; any speed up to `slow` counts as along, metres per second.
+    /// behind an edge. Any speed up to `slow` counts as along, metres per second.
     pub(crate) fn is_along(&self, obstacle: &dyn Obstacle<R>, slow: R) -> bool {
         let &Spot { position, velocity, time, .. } = self;
         let sliding = velocity - obstacle.velocity(position, time);
@@ -64,7 +64,7 @@ pub(crate) struct Bearing<R: Real> {
     pub(crate) velocity: R::Vec3,
     /// Acceleration of the surface as the particle sees it, metres per second squared.
     acceleration: R::Vec3,
-    /// How fast a particle that goes straight on speeds up away from the surface, metres per second
+    /// Acceleration away from the surface of a particle that goes straight on, metres per second
     /// squared: v²/r on a ball at rest.
     pub(crate) lift: R,
     pub(crate) law: ContactLaw<R>,
@@ -119,7 +119,7 @@ pub(crate) struct Support<R: Real> {
     pub(crate) pressures: [R; MOST_OBSTACLES],
     /// The least of them.
     pub(crate) least: R,
-    /// What friction may take along the obstacles, metres per second squared.
+    /// Largest deceleration by friction along the obstacles, metres per second squared.
     pub(crate) grip: R,
     /// Whether nothing slides.
     pub(crate) glued: bool,
@@ -161,8 +161,9 @@ impl<R: Real> Bearings<R> {
         }
     }
 
-    /// Projects an acceleration out of the obstacles (Gauss's principle of least constraint): its
-    /// part along each normal becomes what keeps the particle on a curved or moving surface.
+    /// Projects an acceleration out of the obstacles (Gauss's principle of least constraint). Its
+    /// part along each normal becomes the one that keeps the particle on a curved or moving
+    /// surface.
     pub(crate) fn support(&self, pull: R::Vec3, constraint: Constraint) -> Support<R> {
         let (slope, pressures) = self.fit(pull, constraint, |touch| (-touch.lift, touch.reaction));
         let (mut grip, mut glued, mut least) = (R::ZERO, false, pressures[0]);
@@ -190,8 +191,8 @@ impl<R: Real> Bearings<R> {
     }
 
     /// Changes a vector until its part along each normal has the wanted value, in a direction for
-    /// each, and returns the changes as well: those along the normals first, and from there by the
-    /// method of Gauss and Seidel.
+    /// each, and returns the changes as well. Those along the normals come first, the others from
+    /// there by the method of Gauss and Seidel.
     fn fit(
         &self,
         vector: R::Vec3,

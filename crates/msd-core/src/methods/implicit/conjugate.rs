@@ -123,7 +123,7 @@ impl<R: Real> Solve<R> {
         End { first, left: if bound < left { bound } else { left }, iterations }
     }
 
-    /// Changes velocities by the directions as they are.
+    /// Changes velocities by the unscaled directions.
     pub(crate) fn jump(&mut self, level: Level, multiply: &mut impl FnMut(&[R], &mut [R])) {
         let Solve { residuals, changes, directions, products, .. } = self;
         multiply(directions, products);

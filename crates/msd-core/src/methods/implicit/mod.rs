@@ -12,25 +12,25 @@
 //!
 //! An iteration evaluates all forces at the stage as known so far, at first x + τ v, and solves (M
 //! − τ ∂f/∂v − τ² ∂f/∂x) δu = M (v − u) + τ f (see [`tangent`]). Baraff and Witkin (1998) linearise
-//! at x; from x + τ v the force is exact, only the matrix is not, and both methods keep their order
+//! at x. From x + τ v the force is exact, only the matrix is not, and both methods keep their order
 //! with one iteration and an approximate matrix. On a damped cloth at 1/240 s the midpoint rule is
 //! then 10 times more accurate than from x with the same matrix (5e-6 of its size instead of 5e-5).
 //!
 //! # What to expect
 //! Backward Euler damps a mode of frequency w by (1 + h² w²)^(−1/2) per step, whatever the dampers
 //! do; that loss is not booked, so the total energy shows it. The midpoint rule damps no mode. At a
-//! step that does not resolve a stiff motion of large amplitude it neither damps nor follows it: a
+//! step that does not resolve a stiff motion of large amplitude it neither damps nor follows it. A
 //! rope of 1 m, let go level, of 1e8 N/m and of 0.1 g and 1 kg in turn, swings on under backward
 //! Euler at 1/60 s and flies apart under the linearised midpoint rule.
 //!
 //! A solve reduces its residual to 1e-3 for backward Euler and to 1e-6 for the midpoint rule, in
-//! the norm of the preconditioner: slow motions among stiff ones are then less accurate. The motion
+//! the norm of the preconditioner. Slow motions among stiff ones are then less accurate. The motion
 //! of a body as a whole is solved separately (see [`whole`]): linear momentum is kept to rounding.
 //! Where a solve does not get there, [`Solved`] reports how far it got, and a step that is of no
 //! use is an error.
 //!
 //! # Contact
-//! A particle on an obstacle is held in the solve, with Coulomb friction: a block at rest is in
+//! A particle on an obstacle is held in the solve, with Coulomb friction. A block at rest is in
 //! balance at any step, where [`crate::contact::law`] alone would let it sag by some g h² per
 //! substep. Shells that meet have their rows in the solve too (see [`row_solve`]).
 
@@ -69,14 +69,14 @@ pub(crate) struct Scratch<R: Real> {
     course: Course,
 }
 
-/// How the solves of a step went.
+/// Convergence of the solves of a step.
 #[derive(Clone, Debug, Default)]
 struct Course {
     /// The square of the largest residual that a solve of the substep started with.
     first: f64,
     /// Substeps of the step in which friction did not settle within the passes.
     unsettled: u32,
-    /// How far the solves of the step got.
+    /// Convergence of the solves of the step.
     solved: Solved,
 }
 
@@ -121,7 +121,7 @@ impl<R: Real> Scratch<R> {
         }
     }
 
-    /// How far the solves of the last step got.
+    /// Convergence of the solves of the last step.
     pub(crate) fn solved(&self) -> Solved {
         self.course.solved
     }
@@ -147,7 +147,7 @@ pub(crate) fn backward_euler<R: Real>(step: &mut StepContext<'_, R>) {
 pub(crate) fn midpoint<R: Real>(step: &mut StepContext<'_, R>) {
     // An unfinished solve is a kick of h a times the tolerance in every substep: an error that no
     // shorter step lowers. Two iterations leave but (h w)⁴ of the residual in any case (or (h c)²),
-    // which saves the order; a tolerance of 1e-3 would still show in the midpoint rule's error as
+    // which saves the order. A tolerance of 1e-3 would still show in the midpoint rule's error as
     // jumps of a fifth. For backward Euler it is far below the error of the method.
     let goal = Goal { tolerance: 1e-6, fewest: 2 };
     advance(step, Rule { fraction: 0.5, mirrors: true, goal });
@@ -171,7 +171,8 @@ fn advance<R: Real>(step: &mut StepContext<'_, R>, rule: Rule) {
         let lag = if rule.mirrors { 0.5 } else { 0.0 };
         step.finish(Way::Kicked(lag), Evaluated::Solved);
     }
-    // Friction that goes back and forth holds what should slip. A start may take a few substeps.
+    // Friction that goes back and forth holds particles that should slip. A start may take a few
+    // substeps.
     step.done.turned |= step.substeps() < 2 * scratch.course.unsettled;
     step.scratch.implicit = Some(scratch);
 }
@@ -271,7 +272,7 @@ fn improve<R: Real>(
     Ok(())
 }
 
-/// Solves until what obstacles and shells hold has settled.
+/// Solves until the particles that obstacles and shells hold have settled.
 fn go_on<R: Real>(
     (model, stage, tangent): (&Model<R>, &Stage<'_, R>, &mut Tangent<R>),
     (solve, holds, wholes): (&mut Solve<R>, &mut Holds<R>, &mut Wholes),
@@ -309,7 +310,7 @@ fn go_on<R: Real>(
             break;
         }
         let changed = holds.review(row_solve.velocities, solve);
-        // While impulses of rows change, so may what lies on obstacles.
+        // While impulses of rows change, so may the particles that lie on obstacles.
         stalls = changed && !goes_on;
         if !changed && !goes_on {
             break;
@@ -326,10 +327,10 @@ fn go_on<R: Real>(
     Ok(())
 }
 
-/// The residual after a solve, as a fraction of `first`, a square, or why the solve is of no use:
-/// it met a NaN or an infinity, or did nothing against the weight of a particle that is free to
-/// fall. The residual may have grown where it was rounding alone: that is reported and is not an
-/// error.
+/// The residual after a solve, as a fraction of `first`, a square, or the reason why the solve is
+/// of no use. It met a NaN or an infinity, or did nothing against the weight of a particle that is
+/// free to fall. The residual may have grown where it was rounding alone: that is reported and is
+/// not an error.
 fn judge<R: Real>(
     model: &Model<R>,
     (level, tau): (Level, R),
@@ -348,7 +349,7 @@ fn judge<R: Real>(
     Ok(residual)
 }
 
-/// Whether a particle that is free to fall keeps half of its weight in its residual: the products
+/// Whether a particle that is free to fall keeps half of its weight in its residual. The products
 /// of residuals and changes, which an iteration relies on, may underflow.
 #[cold]
 fn hangs<R: Real>(model: &Model<R>, tau: R, residuals: &[R]) -> bool {
@@ -419,7 +420,7 @@ fn add<R: Real>(changes: &[R], velocities: &mut [R]) {
     }
 }
 
-/// The terms of a residual: velocities before and now, metres per second, masses and forces.
+/// The terms of a residual: previous and current velocities, metres per second, masses and forces.
 struct Missing<'a, R> {
     masses: &'a [R],
     forces: &'a [R],

@@ -1,18 +1,18 @@
-//! Contact within an implicit substep: the particles that obstacles hold, and with what impulse.
+//! Contact within an implicit substep: the particles that obstacles hold, and the impulses.
 //!
-//! A particle that lies on an obstacle keeps its height in the solve itself: moved back afterwards,
-//! it would have let the body sag by g h² and the springs above it push it into the obstacle. One
-//! that would come to lie on it within the substep gets there in the solve. On a surface that moves
-//! it is held as seen from there.
+//! A particle that lies on an obstacle keeps its height in the solve itself. Moved back afterwards,
+//! it would have let the body sag by g h² and the springs above it push it into the obstacle. A
+//! particle that would come to lie on it within the substep gets there in the solve. On a surface
+//! that moves it is held as seen from there.
 //!
 //! The part of the residual in the held directions is set aside in every iteration (the filter of
-//! Baraff and Witkin, 1998, section 5.3): it is the impulse of the surface, which no iteration may
+//! Baraff and Witkin, 1998, section 5.3). It is the impulse of the surface, which no iteration may
 //! solve. Where that impulse would pull, the particle is let go. Friction is Coulomb's with this
-//! impulse, the weight of everything above included: a particle that sticks is held along the
-//! surface too, as long as that takes no more than μ times the pressure; one that slides gets that
-//! much against its velocity, as a force in the solve. Slowing a particle after the solve, as
-//! [`crate::contact::law`] does, would compare the momentum of one particle with the weight
-//! of all above it, and hold a stiff block too well.
+//! impulse, the weight of everything above included. A particle that sticks is held along the
+//! surface too, as long as that takes at most μ times the pressure. A particle that slides gets
+//! that much against its velocity, as a force in the solve. Slowing a particle after the solve, as
+//! [`crate::contact::law`] does, would compare the momentum of one particle with the weight of all
+//! above it, and hold a stiff block too well.
 
 use super::conjugate::Solve;
 use crate::columns::{Aligned, set_vector, single, vector};
@@ -39,8 +39,8 @@ struct Face<R: Real> {
     near: R,
     /// The speed at which a gap beyond that closes in the substep, metres per second.
     closing: R,
-    /// How fast what slides along it leaves it in the substep, as it bends, metres per second;
-    /// negative where it runs into it. Half of what it turns the velocity by.
+    /// Speed at which a sliding particle leaves the bent surface in the substep, metres per second;
+    /// negative where it runs into it. It is half of the change of velocity by the turn.
     bend: R,
 }
 
@@ -71,7 +71,7 @@ struct Hold<R: Real> {
 #[derive(Clone, Debug)]
 pub(crate) struct Holds<R: Real> {
     rows: Vec<Hold<R>>,
-    /// The sum of squares of what the last review changed of friction, newton seconds squared.
+    /// The sum of squares of the changes of friction in the last review, newton seconds squared.
     unrest: R,
 }
 
@@ -93,9 +93,10 @@ impl<R: Real> Holds<R> {
         Holds { rows: Vec::with_capacity(most), unrest: R::ZERO }
     }
 
-    /// Lists the particles that lie on an obstacle and neither leave it nor hit it. A blow to what
-    /// lies on several, as it slides from one to another, takes no time: it is over before the
-    /// solve, which would spread it over the substep. Returns what such blows did.
+    /// Lists the particles that lie on an obstacle and neither leave it nor hit it. A blow to a
+    /// particle on several obstacles, as it slides from one to another, takes no time. It is over
+    /// before the solve, which would spread it over the substep. Returns the contacts of such
+    /// blows.
     ///
     /// A particle is at rest if it moves along the normal slower than the speed that gravity adds
     /// in two substeps, as in [`crate::contact::law`].
@@ -168,7 +169,7 @@ impl<R: Real> Holds<R> {
         }
     }
 
-    /// Takes over new residuals: decides which particles stick and adds friction to those that
+    /// Takes over new residuals. It decides which particles stick and adds friction to those that
     /// slide, as if each particle were alone (see [`Hold::decide`]), and sets the held part aside.
     pub(crate) fn begin(
         &mut self,
@@ -245,8 +246,8 @@ impl<R: Real> Holds<R> {
             unrest += step.dot(step);
         }
         self.rows.retain(|hold| !hold.faces().is_empty());
-        // A body yields to what turns or shifts it as a whole far more than the block of one
-        // particle says: a weight that is too large makes friction swing from pass to pass.
+        // A body yields to a turn or shift as a whole far more than the block of one particle says.
+        // A weight that is too large makes friction swing from pass to pass.
         if R::of(0.25) * self.unrest < unrest {
             self.rows.iter_mut().for_each(|hold| hold.weight *= R::of(0.25));
         }
@@ -360,8 +361,8 @@ impl<R: Real> Hold<R> {
     }
 
     /// Adds an obstacle that a particle lies on at the end of the substep, if it neither leaves nor
-    /// hits it: of itself it moves as fast as gravity lets it. Without restitution what lies on it
-    /// already does not hit it. A particle wrongly held back by this is released in
+    /// hits it. By itself it moves as fast as gravity lets it. Without restitution a particle that
+    /// lies on it already does not hit it. A particle wrongly held back by this is released in
     /// [`Hold::review`].
     #[inline]
     fn meet<O: Obstacle<R> + ?Sized>(
@@ -374,7 +375,7 @@ impl<R: Real> Hold<R> {
         let radius = model.radii().at(self.at);
         let moved = span.h * (velocity.extent() + span.h * model.gravity().extent());
         let gap = obstacle.gap(position, span.start) - radius;
-        // What it ends on is rounded as its way is, too.
+        // The place where it ends is rounded, as its way is.
         let near = rounding(obstacle.terms(position, span.start) + moved, radius);
         let is_near = gap <= near + moved;
         if !is_near {
@@ -392,7 +393,7 @@ impl<R: Real> Hold<R> {
         let lag = (before - stage) + (middle - stage) * R::of(4.0) + (after - stage);
         let surface = surface + normal * (lag * R::of(1.0 / 6.0));
         let resting = resting_speed::<R>(normal, model.gravity(), span.h);
-        // What moves by less than its gap is rounded to rests as well.
+        // A particle that moves by less than the rounding of its gap rests as well.
         let resting =
             resting + near / span.h + rounding(velocity.extent() + surface.extent(), R::ZERO);
         let speed = (velocity - surface).dot(normal);
@@ -411,7 +412,7 @@ impl<R: Real> Hold<R> {
             }
             bend
         };
-        // What a surface presses does not leave it as that slows down.
+        // A particle that a surface presses does not leave it as the surface slows down.
         let bends = (bend.abs() + (after - before).abs()) * R::of(2.0);
         let law = obstacle.law();
         let lies = gap <= near && law.restitution == R::ZERO;
@@ -441,8 +442,8 @@ impl<R: Real> Hold<R> {
     }
 
     /// The velocity of the surface at a time, seconds, as [`Hold::add`] has it for the stage: the
-    /// start of the next substep, from which that of a stage half a substep ago would be off by as
-    /// much as the surface speeds up in between.
+    /// start of the next substep. A velocity of a stage half a substep ago would be off by as much
+    /// as the surface speeds up in between.
     fn surface_at(&self, model: &Model<R>, position: R::Vec3, time: f64) -> R::Vec3 {
         let faces = self.faces().iter().zip(self.corner.faces()).enumerate();
         faces.fold(R::Vec3::ZERO, |surface, (number, (face, own))| {
@@ -528,8 +529,8 @@ impl<R: Real> Hold<R> {
 }
 
 /// The velocity that the surface of the faces before and this one, so many after the first, has
-/// where this one moves at a velocity: along an axis of its own, which leaves those before as they
-/// are.
+/// where this one moves at a velocity. It is along an axis of its own, which leaves those before
+/// unchanged.
 fn carry<R: Real>(own: &Facet<R>, surface: R::Vec3, velocity: R::Vec3, number: usize) -> R::Vec3 {
     let missing = own.normal.dot(velocity - surface) / own.slope;
     if number == 0 { velocity } else { surface + own.axis * missing }

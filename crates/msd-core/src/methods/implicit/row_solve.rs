@@ -33,9 +33,9 @@ pub(super) struct RowSolve<'a, R: Real> {
     pub(super) is_fast: bool,
 }
 
-/// The speed by which a row may miss, as a fraction of what gravity adds in a substep, or of what
-/// the first pass missed. The next substep starts from the impulses of this one, so at rest nothing
-/// of it is left. A tenth of it takes twice the iterations and changes no figure in
+/// The speed by which a row may miss, as a fraction of the speed that gravity adds in a substep, or
+/// of the miss of the first pass. The next substep starts from the impulses of this one, so at rest
+/// nothing of it is left. A tenth of it takes twice the iterations and changes no figure in
 /// `docs/explanation/contact.md`.
 const TOLERANCE: f64 = 1e-2;
 

@@ -1,11 +1,11 @@
 //! Coarse space of the implicit solve: translations of whole bodies, which no tolerance may lose.
 //!
-//! Springs, bends and volumes push no body as a whole: for particles held together by
-//! these, the product of the matrix with a translation c is D c, with D the masses, drag and grabs.
-//! So the sum that a solve has to reach is known beforehand, Σ r = Σ D δu, and c = Σ (r − D δu) /
-//! Σ D is the translation that a δu lacks. Conjugate gradients find it last of all, and in single
-//! precision at k τ²/m = 4e5 never: the weight of a particle is a rounding beside the stiffness.
-//! Here it is added before the solve and corrected after it.
+//! Springs, bends and volumes push no body as a whole. For particles held together by these, the
+//! product of the matrix with a translation c is D c, with D the masses, drag and grabs. So the sum
+//! that a solve has to reach is known beforehand, Σ r = Σ D δu, and c = Σ (r − D δu) / Σ D is the
+//! translation that a δu lacks. Conjugate gradients find it last of all, and in single precision at
+//! k τ²/m = 4e5 never: the weight of a particle is a rounding beside the stiffness. Here it is
+//! added before the solve and corrected after it.
 //!
 //! A body that obstacles hold moves in the directions that are left to it, one that is pinned not
 //! at all.
@@ -25,7 +25,7 @@ use glam::DVec3;
 /// more: one alone is solved by its block.
 #[derive(Clone, Debug, Default)]
 struct Whole {
-    /// Which of the shares.
+    /// Its range of the shares.
     shares: Range<usize>,
     /// Whether nothing of it is pinned.
     is_free: bool,
@@ -33,9 +33,9 @@ struct Whole {
     asked: DVec3,
     /// Σ D, kilograms.
     weight: f64,
-    /// Friction on what slides, newton seconds.
+    /// Friction on sliding particles, newton seconds.
     friction: DVec3,
-    /// Directions in which obstacles hold it, of length one, and how many.
+    /// Directions in which obstacles hold it, of length one, and their number.
     axes: [DVec3; 3],
     held: usize,
 }
@@ -155,7 +155,7 @@ impl Wholes {
         }
     }
 
-    /// Adds impulses, newton seconds, to what is asked of the changes that were made.
+    /// Adds impulses, newton seconds, to the right-hand side of the changes that were made.
     pub(crate) fn give<R: Real>(&mut self, level: Level, impulses: &[R]) {
         self.is_fresh = false;
         for whole in self.rows.iter_mut().filter(|whole| whole.is_free) {

@@ -4,7 +4,7 @@ use crate::precision::Precision;
 use std::ops::Bound::{self, Excluded, Included, Unbounded};
 use std::ops::RangeBounds;
 
-/// What values a key may have.
+/// The values that a key may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Domain {
     /// Positive.

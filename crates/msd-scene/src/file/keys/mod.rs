@@ -1,4 +1,4 @@
-//! Keys of a scene file, one row each: what is read, checked, refined and documented.
+//! Keys of a scene file, one row each: the source of reading, checks, refinement and documentation.
 //!
 //! The rows of [`schema`](super::schema) are written once, by `rows!`, which makes of each the
 //! field that serde reads and the row of a [`KeyTable`]. From the tables come the domain of a
@@ -27,7 +27,7 @@ pub struct KeyRow {
     pub(crate) text: &'static str,
     /// The unit of its numbers, empty where they have none.
     pub unit: &'static str,
-    /// How its value is written.
+    /// The form in which its value is written.
     pub form: Form,
     /// The values that it may have.
     pub domain: Domain,
@@ -37,15 +37,15 @@ pub struct KeyRow {
     pub kinds: &'static [&'static str],
     /// The kinds of its table that must have it.
     pub needed: &'static [&'static str],
-    /// How its value follows a finer spacing.
+    /// The scaling of its value with a finer spacing.
     pub scale: Scale,
-    /// How its value, or a value inside it, reaches a run that goes on.
+    /// The way in which its value, or a value inside it, reaches a run that goes on.
     pub live: Live,
-    /// The keys of its table that say otherwise what it says: a scene has it or them.
+    /// The keys of its table that say the same in another way: a scene has it or them.
     pub instead_of: &'static [&'static str],
 }
 
-/// How a value reaches a run that goes on.
+/// The way in which a value reaches a run that goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Live {
     /// Not at all: the scene has to start again.
@@ -56,7 +56,7 @@ pub enum Live {
     Wind,
     /// Drag is set.
     Drag,
-    /// How planes stop what meets them is set; without planes, nothing does.
+    /// The law of contact of planes is set; without planes there is nothing to set.
     Plane,
     /// Masses of a body are set.
     Mass,
@@ -76,7 +76,7 @@ pub enum Live {
     Material,
     /// A body looks otherwise.
     Look,
-    /// How bodies meet is made anew.
+    /// The collision settings of bodies are made anew.
     Touch,
     /// Parts of the model are switched off.
     Off,
@@ -86,7 +86,7 @@ pub enum Live {
     Solver,
 }
 
-/// How a value is written.
+/// The form in which a value is written.
 #[derive(Clone, Copy, Debug)]
 pub enum Form {
     /// True or false.
@@ -107,13 +107,13 @@ pub enum Form {
     Either(&'static [Form]),
 }
 
-/// How a value changes where a spacing is divided into n parts: by n to the power of `parts` plus
+/// The change of a value where a spacing is divided into n parts: by n to the power of `parts` plus
 /// `dimensions` times the directions in which the body extends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scale {
     /// The exponent of a body without extent.
     pub parts: i32,
-    /// What each dimension adds.
+    /// Power that each dimension adds.
     pub dimensions: i32,
 }
 
@@ -122,7 +122,7 @@ impl Scale {
     pub const STAYS: Scale = Scale { parts: 0, dimensions: 0 };
     /// A length along the spacing.
     pub const LENGTH: Scale = Scale { parts: -1, dimensions: 0 };
-    /// The share of a particle in what its body has.
+    /// The share of a particle in a quantity of its body.
     pub const SHARE: Scale = Scale { parts: 0, dimensions: -1 };
     /// The stiffness or damping of a spring of a body whose moduli stay.
     pub const SPRING: Scale = Scale { parts: 2, dimensions: -1 };
@@ -137,7 +137,7 @@ impl Scale {
 
 /// A type of values of keys.
 pub trait Written {
-    /// How they are written.
+    /// The form in which they are written.
     const FORM: Form;
 }
 
@@ -206,7 +206,7 @@ impl KeyRow {
         instead_of: &[],
     };
 
-    /// What it means, in Markdown.
+    /// Its meaning, in Markdown.
     pub fn what(&self) -> &'static str {
         self.text.trim_start()
     }
@@ -224,7 +224,7 @@ impl KeyRow {
 }
 
 impl KeyTable {
-    /// What it describes, in Markdown.
+    /// Its description, in Markdown.
     pub fn what(&self) -> &'static str {
         self.text.trim_start()
     }
@@ -238,7 +238,7 @@ impl KeyTable {
         keys.iter().find(|key| key.name == name)
     }
 
-    /// How a value at such a path reaches a run that goes on.
+    /// The way in which a value at such a path reaches a run that goes on.
     pub fn live(&self, path: &str) -> Live {
         let own = self.find(path).map_or(Live::Restart, |key| key.live);
         match path.rsplit_once('.') {
@@ -268,7 +268,7 @@ pub(crate) fn without_rows(key: &str) -> String {
     key.chars().filter(|letter| kept(letter)).collect()
 }
 
-/// Whether a value is as if its key were left out.
+/// Returns whether a value equals that of an omitted key.
 pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }

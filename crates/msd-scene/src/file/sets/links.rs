@@ -72,13 +72,13 @@ pub(crate) fn links(
 #[derive(Default)]
 pub(crate) struct Links {
     pub(crate) springs: Vec<Spring>,
-    /// Which of the springs are of each row, and what it multiplies their rest lengths by.
+    /// The range of springs of each row, and its factor of their rest lengths.
     pub(crate) scales: Vec<(Range<usize>, f64)>,
     /// Where some of them end.
     pub(crate) anchors: Anchors,
 }
 
-/// What the springs of a row join.
+/// The particles that the springs of a row join.
 struct Ends {
     /// The two particles of each, with their distance, metres.
     joined: Vec<([usize; 2], f64)>,
@@ -183,20 +183,20 @@ impl Anchors {
     }
 }
 
-/// A length in six digits, none shorter: whoever takes it has the length.
+/// A length in six digits, rounded up: a user who enters it has the length.
 fn rounded_up(length: f64) -> f64 {
     let rounded = |length: f64| format!("{length:.5e}").parse().unwrap_or(length);
     let near = rounded(length);
     if length <= near { near } else { rounded(length * (1.0 + 1e-5)) }
 }
 
-/// What the springs of a row have in common.
+/// The law that the springs of a row share.
 struct Law {
     /// The largest distance at which it joins two, metres.
     within: f64,
     /// Length without force; none where it is the distance of the ends.
     rest_length: Option<f64>,
-    /// What that length is multiplied by.
+    /// The factor of that length.
     rest_scale: f64,
     /// Its stiffness and damping.
     material: Material,

@@ -14,7 +14,7 @@ use msd_core::Scene;
 /// that is made of a material, bends and volumes whose particles are all in the set have it too.
 ///
 /// # Errors
-/// A set between whose particles there is no spring, or one that has a spring of another row with
+/// A set without a spring between its particles, or one that has a spring of another row with
 /// another material; a key that the body does not have, or a value outside its domain.
 pub(crate) fn set_materials(
     source: &Source<'_>,
@@ -56,7 +56,7 @@ pub(crate) fn set_materials(
             continue;
         }
         for (bend, was) in bends.iter_mut().zip(&scene.bends) {
-            // What has no weight takes no part.
+            // A particle without a weight takes no part.
             let mut ends = was.particles.iter().zip(was.weights);
             if ends.all(|(&end, weight)| weight == 0.0 || is_in[end]) {
                 [bend.stiffness, bend.damping] = change.of([was.stiffness, was.damping]);
@@ -115,7 +115,7 @@ fn check_fits(source: &Source<'_>, key: &str, constants: [f64; 2]) -> Result<(),
     Err(source.refuse(format_args!("{key}"), reason))
 }
 
-/// What becomes of stiffness and damping.
+/// The change of stiffness and damping.
 enum Change {
     /// Numbers of their own. In a mesh they are those of springs of the usual stiffness; others,
     /// which resist bending, keep their part of it.
@@ -125,7 +125,7 @@ enum Change {
 }
 
 impl Change {
-    /// Stiffness and damping, or modulus and its damping, from what they were.
+    /// Stiffness and damping, or modulus and its damping, from their previous values.
     fn of(&self, [stiffness, damping]: [f64; 2]) -> [f64; 2] {
         match *self {
             Change::Springs { stiffness: own, damping: lost, usual } => {
@@ -142,7 +142,7 @@ impl Change {
     }
 }
 
-/// The change of the row at `key`, checked against what its body is made of.
+/// The change of the row at `key`, checked against the material of its body.
 fn change(
     sets: &NamedSets<'_>,
     (key, row): (&str, &MaterialRow),

@@ -1,9 +1,9 @@
 //! Particles of bodies as rows choose them: one by its number or its place, every n-th of the top
-//! row, or a set; [`pins`] hold them, [`links`] join them and [`materials`] say what the springs
-//! between them are.
+//! row, or a set; [`pins`] hold them, [`links`] join them and [`materials`] set the springs between
+//! them.
 //!
-//! A lattice has sets by its shape, a mesh those of its surface and what its file names; others are
-//! the particles inside a box or a sphere at the start.
+//! A lattice has sets by its shape, a mesh those of its surface and those that its file names;
+//! others are the particles inside a box or a sphere at the start.
 
 pub(crate) mod own;
 pub(crate) mod materials;
@@ -21,7 +21,7 @@ use glam::DVec3;
 use msd_core::{Lattice, Scene};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// How a row chooses particles; exactly one of its keys but `body` is given.
+/// The choice of particles by a row; exactly one of its keys but `body` is given.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Choice<'r> {
     body: Option<&'r BodyKey>,
@@ -85,7 +85,7 @@ enum Space {
 
 impl Space {
     fn holds(self, place: DVec3) -> bool {
-        // What is meant to lie on the surface is a few roundings off.
+        // Particles that are meant to lie on the surface are a few roundings off.
         let wide = 1.0 + 1e-9;
         match self {
             Space::Box(middle, half) => (place - middle).abs().cmple(wide * half).all(),
@@ -389,7 +389,7 @@ fn of_lattice(lattice: &Lattice, name: &str) -> Vec<usize> {
     let size = lattice.size();
     let side = SIDES.iter().find(|side| side.0 == name);
     let long = size.iter().filter(|&&length| 1 < length).count();
-    // How many coordinates of a particle must be at an end.
+    // The number of coordinates of a particle that must be at an end.
     let ends = match name {
         "corners" => long,
         "edges" => long - 1,

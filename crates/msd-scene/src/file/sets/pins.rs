@@ -1,4 +1,4 @@
-//! Pins, what guides them, and masses of chosen particles.
+//! Pins, their guides, and masses of chosen particles.
 
 use super::{NamedSets, solid};
 use crate::error::FileError;
@@ -10,7 +10,7 @@ use glam::{DMat3, DVec3};
 use msd_core::{Guide, KeyFrame, Lead, Pin, Scene, Solid};
 use std::collections::BTreeMap;
 
-/// The pins of all rows, and what guides some of them.
+/// The pins of all rows, and the guides of some of them.
 ///
 /// # Errors
 /// A row that chooses no particle, or one that is pinned already; sets may share particles that
@@ -96,7 +96,7 @@ fn apart(one: &PinRow, other: &PinRow) -> Option<&'static str> {
     }
 }
 
-/// What leads the particles of the pin at `key`; nothing where it is a velocity that never ends.
+/// The lead of the particles of the pin at `key`; none where it is a velocity that never ends.
 fn lead(
     sets: &NamedSets<'_>,
     (key, pin): (&str, &PinRow),

@@ -12,8 +12,8 @@ use msd_core::scene::{Shell, do_meet};
 use msd_core::{Body, Scene};
 use std::collections::BTreeSet;
 
-/// How deep particles may start inside an obstacle without a line, as a part of their spacing: they
-/// are moved by so little that no body is thrown.
+/// The depth inside an obstacle at which particles may start without a line, as a part of their
+/// spacing. They are moved by so little that no body is thrown.
 const DENT: f64 = 0.2;
 
 /// A line on each body and obstacle of which it starts inside with particles that are free to move.
@@ -97,8 +97,8 @@ fn inside(
     Ok(notes)
 }
 
-/// How much closer than the sum of their thicknesses two particles of different bodies may start
-/// without a line, as a part of that sum.
+/// The overlap with which two particles of different bodies may start without a line, as a part of
+/// the sum of their thicknesses.
 const OVERLAP: f64 = 0.5;
 
 /// The largest part of the particles of a body that may start inside another one without a line: a
@@ -122,7 +122,7 @@ pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
     let mut is_free = vec![true; positions.len()];
     scene.pins.iter().for_each(|pin| is_free[pin.particle] = false);
     let linked = linked(scene);
-    // How a particle of a row overlaps another; `None` where it is beside it.
+    // The overlap of a particle of a row with another; `None` where it is beside it.
     let overlap = |particle: usize, row: usize, reach: f64| {
         let may_push = |other: usize| is_free[particle] || is_free[rows[row].particles[other]];
         let place = positions[particle];
@@ -150,9 +150,9 @@ pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
     notes
 }
 
-/// How a particle of a body overlaps another body.
+/// The overlap of a particle of a body with another body.
 struct Overlap {
-    /// By how much it is closer than the two stop each other, metres.
+    /// The length by which it is closer than the two stop each other, metres.
     depth: f64,
     /// Whether it is inside a closed surface.
     is_inside: bool,
@@ -160,7 +160,7 @@ struct Overlap {
     is_at_one_point: bool,
 }
 
-/// The line on a body of which particles overlap another one, and on what contact does then.
+/// The line on a body of which particles overlap another one, and on the response of contact.
 fn overlapping([inner, outer]: [&Outside<'_>; 2], found: &[Overlap]) -> String {
     let deepest = found.iter().map(|overlap| overlap.depth).fold(0.0, f64::max);
     let inside = found.iter().filter(|overlap| overlap.is_inside).count();

@@ -41,12 +41,13 @@ impl Assignment {
         Some(Assignment { key: Key::parse(key)?, value: node.value })
     }
 
-    /// Reads `KEY=VALUE`, the value as TOML has it. What is no value there and begins like none is
-    /// a text, so that a shell needs no quotes within quotes: `solver.integrator=rk4`.
+    /// Reads `KEY=VALUE`, the value as TOML has it. A word that is not a value there and does not
+    /// begin like one is a text, so that a shell needs no quotes within quotes:
+    /// `solver.integrator=rk4`.
     ///
     /// # Errors
-    /// What it must be, in words. Whether the scene has the key and may hold the value is found
-    /// when it is understood.
+    /// The expected form, in words. The key and the domain of the value are checked when the scene
+    /// is understood.
     pub fn parse(text: &str) -> Result<Self, String> {
         let (key, value) =
             text.split_once('=').ok_or("must be KEY=VALUE, such as world.gravity=[0,-1.62,0]")?;

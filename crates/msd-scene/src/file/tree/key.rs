@@ -18,7 +18,7 @@ pub(in crate::file) enum Step {
     Row(usize),
 }
 
-/// How a key is written, for messages.
+/// The form of a key, for messages.
 pub const WRITTEN: &str = "a key of a scene such as \"solver.substeps\" or \"bodies[0].stiffness\"";
 
 impl Key {
@@ -61,7 +61,7 @@ impl Key {
     }
 
     /// Whether a key from the top, as a message names it, is of this value, of a part of it, or of
-    /// what it is a part of.
+    /// a table that contains it.
     pub fn concerns(&self, key: &str) -> bool {
         let inside = |key: &str, of: &str| {
             let rest = key.strip_prefix(of);
@@ -100,7 +100,7 @@ impl Key {
         key
     }
 
-    /// Whether it names the value of another key, or what that is a part of; a key without the
+    /// Whether it names the value of another key, or a table that contains that; a key without the
     /// number of a row is of all rows.
     pub(in crate::file) fn covers(&self, other: &Key) -> bool {
         let mut own = self.steps.iter().peekable();
@@ -119,7 +119,7 @@ impl Key {
     /// leaves the key out.
     ///
     /// # Errors
-    /// What is in the way, in words.
+    /// The reason, in words.
     pub fn set(&self, root: &mut Node, value: Value) -> Result<(), String> {
         let (mut node, mut path) = (root, String::new());
         for (at, step) in self.steps.iter().enumerate() {

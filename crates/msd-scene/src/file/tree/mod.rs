@@ -25,7 +25,7 @@ pub struct Node {
     pub offset: Option<usize>,
 }
 
-/// What was written.
+/// A value as written.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// A null of JSON.
@@ -49,7 +49,7 @@ pub enum Value {
 /// A scene file as text and as a tree.
 #[derive(Clone)]
 pub struct Source<'t> {
-    /// What the user calls the file.
+    /// The user's name of the file.
     pub name: &'t str,
     pub(in crate::file) text: &'t str,
     /// The tree.
@@ -135,9 +135,9 @@ fn check_memory(text: &str, format: SceneFormat, name: &str) -> Result<(), FileE
     Err(FileError::Unreadable { file: name.into(), reason })
 }
 
-/// Memory to read a TOML text, bytes, by what was measured for texts of one kind of row: a value
-/// and its tokens take about 160, a list 300, a line 50, and a table, whose keys stand in a tree
-/// with room for eleven, 1500; a dot in a key is a table.
+/// Memory to read a TOML text, bytes, by measurements of texts of one kind of row. A value and its
+/// tokens take about 160, a list 300, a line 50, and a table, whose keys stand in a tree with room
+/// for eleven, 1500; a dot in a key is a table.
 fn toml_memory(text: &str) -> u64 {
     let (mut bytes, mut dots) = (0, 0);
     for byte in text.bytes() {
@@ -206,13 +206,13 @@ fn read_toml(text: &str, name: &str) -> Result<Node, FileError> {
 /// A value as TOML has it, on its own.
 ///
 /// # Errors
-/// What is wrong, in the words of the parser.
+/// The error, in the words of the parser.
 pub(super) fn read_toml_value(text: &str) -> Result<Value, String> {
     let value = DeValue::parse(text).map_err(|error| error.message().to_owned())?;
     Ok(without_place(toml_node(value)).value)
 }
 
-/// Forgets where a value was written, which is no place of the file that it is put into.
+/// Forgets where a value was written, which is not a place of the file that it is put into.
 fn without_place(node: Node) -> Node {
     let value = match node.value {
         Value::List(rows) => Value::List(rows.into_iter().map(without_place).collect()),
@@ -230,7 +230,7 @@ impl Serialize for Value {
         match self {
             Value::Nothing | Value::Any => serializer.serialize_unit(),
             Value::Flag(flag) => serializer.serialize_bool(*flag),
-            // As JSON has it: what no key of a scene may hold loses digits.
+            // As JSON has it: numbers that no key of a scene may hold lose digits.
             Value::Whole(number) => match i64::try_from(*number) {
                 Ok(number) => serializer.serialize_i64(number),
                 Err(_) => serializer.serialize_f64(*number as f64),
@@ -272,7 +272,7 @@ fn toml_node(value: toml::Spanned<DeValue<'_>>) -> Node {
 }
 
 fn read_json(text: &str, name: &str) -> Result<Node, FileError> {
-    // Some editors put a mark of the byte order first, which is no part of JSON.
+    // Some editors put a byte order mark first, which is not part of JSON.
     serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|error| {
         let message = error.to_string();
         // serde_json repeats the position at the end of its message.

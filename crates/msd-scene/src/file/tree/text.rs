@@ -27,7 +27,7 @@ pub fn format_of(path: &Path) -> SceneFormat {
 /// Reads a text file that messages call `name`.
 ///
 /// # Errors
-/// [`FileError::Unreadable`], also for what is no UTF-8 text and for more than 32 MiB.
+/// [`FileError::Unreadable`], also for bytes that are not UTF-8 text and for more than 32 MiB.
 pub fn read_text(path: &Path, name: &str) -> Result<String, FileError> {
     use std::io::Read;
     let refused = |reason: String| FileError::Unreadable { file: name.into(), reason };

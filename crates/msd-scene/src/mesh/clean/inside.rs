@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// Triangles sorted into columns along y, to count how often a vertical ray leaves the mesh.
+/// Triangles sorted into columns along y, to count the exits of a vertical ray from the mesh.
 pub(crate) struct Inside<'a> {
     positions: &'a [DVec3],
     triangles: &'a [[u32; 3]],
@@ -54,7 +54,7 @@ impl<'a> Inside<'a> {
         faces.iter().map(|&face| self.crossing(face, point)).sum::<i32>() != 0
     }
 
-    /// How often the ray from a point along +y crosses one triangle: −1, 0 or 1 by its side.
+    /// The crossings of one triangle by the ray from a point along +y: −1, 0 or 1 by its side.
     ///
     /// Every edge is judged alike by both its faces, ties included, so that no ray slips between
     /// two faces or counts a shared edge twice.

@@ -4,7 +4,7 @@ use crate::mesh::clean::inside::Inside;
 use crate::mesh::clean::winding::Winding;
 use glam::DVec3;
 
-/// What tells whether a point is inside.
+/// The test whether a point is inside.
 pub(crate) enum Interior<'a> {
     /// Rays, which are exact where a mesh is closed.
     Closed(Inside<'a>),

@@ -1,4 +1,4 @@
-//! Closed parts of a mesh that overlap: what they share counts twice in its volume.
+//! Closed parts of a mesh that overlap: the shared space counts twice in its volume.
 
 use crate::crossing::{Triangle, each_crossing};
 use crate::mesh::clean::inside::Inside;
@@ -12,8 +12,8 @@ const MOST: usize = 20_000;
 /// The most parts of which each is compared with each.
 const MOST_PARTS: usize = 100;
 
-/// How many closed parts overlap another one, by the part of each vertex: they go through it, or
-/// are inside it and turned as it is. One that is turned the other way is a void.
+/// The number of closed parts that overlap another one, by the part of each vertex. They go through
+/// it, or are inside it and turned the same way. A part that is turned the other way is a void.
 pub(crate) fn overlapping(positions: &[DVec3], triangles: &[[u32; 3]], parts: &[u32]) -> usize {
     if MOST < triangles.len() || parts.iter().all(|&part| part == 0) {
         return 0;

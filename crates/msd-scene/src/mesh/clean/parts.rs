@@ -12,7 +12,7 @@ use std::ops::Range;
 /// The fewest faces of a closed part.
 const FEWEST: usize = 4;
 
-/// The owner of what no closed part owns.
+/// The owner of faces and vertices that no closed part owns.
 const OPEN: u32 = 0;
 
 /// The smallest volume of a part, as a share of the cube of its reach: a sheet closes too where
@@ -20,7 +20,7 @@ const OPEN: u32 = 0;
 const LEAST_VOLUME: f64 = 1e-9;
 
 /// Gives vertices of their own to closed parts that share some with another closed part. Returns
-/// how many vertices that made, and how many parts touch another.
+/// the number of vertices that this made, and the number of parts that touch another.
 ///
 /// A part is a run of faces, in the order of the file, every edge of which has two of them. Files
 /// write one object after the other; where an object is not closed, its faces stay with the rest.
@@ -38,7 +38,7 @@ pub(crate) fn separate(raw: &mut Raw) -> (usize, usize) {
         let Some(part) = *part else { continue };
         for vertex in triangle {
             let owner = *owners[*vertex as usize].get_or_insert(part);
-            // What is open, a ribbon on a box, stays welded to what it is on.
+            // An open part, such as a ribbon on a box, stays welded to the part that it is on.
             if owner != part && owner != OPEN {
                 touching.extend([owner, part]);
                 *vertex = *copies.entry((*vertex, part)).or_insert_with(|| {
@@ -58,7 +58,8 @@ fn closed_parts(raw: &Raw) -> Vec<Option<u32>> {
     let ends = raw.starts.iter().copied().skip(1).chain([raw.triangles.len()]);
     let objects: Vec<Range<usize>> =
         raw.starts.iter().copied().zip(ends).map(|(a, b)| a..b).collect();
-    // Within the objects of the file, and then in what they leave: one may be in several groups.
+    // Within the objects of the file, and then among the remaining faces: one part may be in
+    // several groups.
     for faces in objects.into_iter().chain(std::iter::once(0..raw.triangles.len())) {
         let mut run = Vec::new();
         let mut open = BTreeSet::new();

@@ -71,7 +71,7 @@ impl Sets {
     }
 }
 
-/// The component of each vertex, numbered from 0 in order of their first vertex, and how many.
+/// The component of each vertex, numbered from 0 in order of their first vertex, and their number.
 pub(crate) fn components(count: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, usize) {
     let mut sets = Sets::new(count);
     for &[a, b, c] in triangles {
@@ -100,9 +100,9 @@ pub(crate) fn volume6(positions: &[DVec3], triangle: [u32; 3], from: DVec3) -> f
 
 /// Turns faces so that neighbours agree and closed pieces face outward; returns which were turned.
 ///
-/// A piece is what hangs together by edges with two faces. An open piece keeps the direction of
-/// most of its faces. A closed piece with negative volume is turned, unless it bounds a void in
-/// another.
+/// A piece is a set of faces that hang together by edges with two faces. An open piece keeps the
+/// direction of most of its faces. A closed piece with negative volume is turned, unless it bounds
+/// a void in another.
 pub(crate) fn orient(positions: &[DVec3], triangles: &mut [[u32; 3]]) -> Vec<bool> {
     let sides = sides(triangles);
     let (pieces, mut turned) = agree(triangles.len(), &sides);
@@ -132,7 +132,7 @@ pub(crate) fn orient(positions: &[DVec3], triangles: &mut [[u32; 3]]) -> Vec<boo
     turned
 }
 
-/// Which closed pieces have their inside out.
+/// The closed pieces that are inside out.
 fn inside_out(
     positions: &[DVec3],
     triangles: &[[u32; 3]],
@@ -161,7 +161,7 @@ fn agree(count: usize, sides: &[Side]) -> (Vec<u32>, Vec<bool>) {
     let mut neighbours = vec![[(u32::MAX, false); 3]; count];
     let mut filled = vec![0u8; count];
     for edge in edges(sides) {
-        // Where more than two faces meet there is no telling which continues which.
+        // Where more than two faces meet, the continuation of a face is ambiguous.
         let &[a, b] = edge else { continue };
         for (from, to) in [(a, b), (b, a)] {
             let face = from.face as usize;
@@ -194,7 +194,7 @@ fn agree(count: usize, sides: &[Side]) -> (Vec<u32>, Vec<bool>) {
     (pieces, turned)
 }
 
-/// Which of the `inner` pieces have their first corner inside one of the `outer` ones.
+/// The `inner` pieces that have their first corner inside one of the `outer` ones.
 fn voids(
     positions: &[DVec3],
     triangles: &[[u32; 3]],

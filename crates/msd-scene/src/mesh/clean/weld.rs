@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Vertices closer than this fraction of the diagonal of the bounding box become one.
 pub(crate) const WELD_FRACTION: f64 = 1e-6;
 
-/// Clean triangles and what cleaning them took.
+/// Clean triangles and counts of the cleaning.
 #[derive(Debug, Default)]
 pub(crate) struct Clean {
     pub(crate) positions: Vec<DVec3>,

@@ -1,8 +1,8 @@
 //! The inside of a mesh with holes, by generalised winding numbers.
 //!
-//! A triangle is seen from a point under a solid angle; the sum of these angles over 4π is how
-//! often the mesh winds around the point (Jacobson and others, 2013). It is whole where the mesh is
-//! closed, and nearly so behind a surface with small holes.
+//! A triangle is seen from a point under a solid angle. The sum of these angles over 4π is the
+//! winding number of the mesh around the point (Jacobson and others, 2013). It is whole where the
+//! mesh is closed, and nearly so behind a surface with small holes.
 
 use crate::mesh::clean::topology::{Sets, edges, sides, volume6};
 use glam::DVec3;
@@ -12,8 +12,8 @@ use std::f64::consts::PI;
 /// The most triangles that are summed one by one.
 const LEAF: usize = 8;
 /// Triangles that lie so many times as far away as they reach are seen as one small face (Barill
-/// and others, 2018): the angle is then right within a ninth, and the sum
-/// of many within a few hundredths.
+/// and others, 2018). The angle is then right within a ninth, and the sum of many within a few
+/// hundredths.
 const FAR: f64 = 3.0;
 /// The farthest that a winding number may be from a whole one to be taken for it.
 const DECIDED: f64 = 0.25;
@@ -69,7 +69,7 @@ impl Winding {
         self.grow(first + count / 2, count - count / 2);
     }
 
-    /// How often the mesh winds around a point; positive inside faces that look outward.
+    /// The winding number of the mesh around a point; positive inside faces that look outward.
     pub(crate) fn number(&self, point: DVec3) -> f64 {
         let mut waiting = vec![0];
         let mut angle = 0.0;
@@ -125,8 +125,8 @@ fn solid_angle(corners: [DVec3; 3], point: DVec3) -> f64 {
     2.0 * libm::atan2(a.dot(b.cross(c)), below)
 }
 
-/// The holes of a mesh: how many loops its open edges form, and the signed volume that it encloses
-/// if each is closed by a fan around its middle, in cubed units of the positions.
+/// The holes of a mesh: the number of loops of its open edges, and the signed volume that it
+/// encloses if a fan around its middle closes each, in cubed units of the positions.
 pub(crate) fn holes(positions: &[DVec3], triangles: &[[u32; 3]]) -> (usize, f64) {
     let mut sets = Sets::new(positions.len());
     let sides = sides(triangles);

@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 
 /// Springs from each surface particle inward, if there is anything to hold on to.
 const BRACES: usize = 4;
-/// Springs all round: how far they reach, in spacings, the cosine of the least angle between those
-/// of a particle, and the most that it begins.
+/// Springs all round: their reach, in spacings, the cosine of the least angle between those of a
+/// particle, and the most that it begins.
 const REACH: f64 = 2.6;
 const APART: f64 = 0.94;
 pub(crate) const MOST_ROUND: usize = 60;
@@ -20,7 +20,7 @@ const LEAST_SUPPORT: f64 = 0.25;
 /// Springs that tie a piece of the lattice that nothing else holds.
 const TIES: usize = 8;
 
-/// The springs that tie a surface to what is inside.
+/// The springs that tie a surface to its inside.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Braces {
     /// A few, inward: enough to hold it.
@@ -32,7 +32,7 @@ pub(crate) enum Braces {
 /// A body being tied together: all its points, the surface first.
 pub(crate) struct Frame<'a> {
     pub(crate) points: &'a [DVec3],
-    /// How many of the points are on the surface.
+    /// The number of points on the surface.
     pub(crate) surface: usize,
     /// Outward directions of the surface points, of length one.
     pub(crate) normals: &'a [DVec3],
@@ -45,8 +45,9 @@ pub(crate) struct Frame<'a> {
 }
 
 impl Frame<'_> {
-    /// Adds springs until every particle is held in all directions and each piece hangs together;
-    /// returns them in order, and how many particles are loose all the same: those of a flat body.
+    /// Adds springs until every particle is held in all directions and each piece hangs together.
+    /// Returns them in order, and the number of particles that are loose all the same: those of a
+    /// flat body.
     pub(crate) fn brace(mut self, braces: Braces) -> (Vec<[usize; 2]>, usize) {
         let before = self.joined.clone();
         let nearby = Nearby::new(self.points, self.spacing);
@@ -93,7 +94,7 @@ impl Frame<'_> {
         }
     }
 
-    /// Ties a surface point to what is near in every direction, on the surface and inside.
+    /// Ties a surface point to near points in every direction, on the surface and inside.
     fn brace_all_round(&mut self, point: usize, all: &Nearby) {
         let place = self.points[point];
         let mut ways: Vec<DVec3> = Vec::new();
@@ -125,7 +126,7 @@ impl Frame<'_> {
         }
     }
 
-    /// Ties pieces of the lattice that reach no surface particle to what is nearest to them.
+    /// Ties pieces of the lattice that reach no surface particle to the points nearest to them.
     fn tie_islands(&mut self, nearby: &Nearby) {
         let mut sets = Sets::new(self.points.len());
         for &[a, b] in &self.joined {
@@ -161,8 +162,8 @@ impl Frame<'_> {
         }
     }
 
-    /// Joins two points unless they are joined, belong to different bodies, or
-    /// theirs has a gap between them that must not be crossed; returns whether it did.
+    /// Joins two points unless they are joined, belong to different bodies, or theirs has a gap
+    /// between them that must not be crossed. Returns whether it did.
     fn join(&mut self, [a, b]: [usize; 2], across_gaps: bool) -> bool {
         let pair = [a.min(b), a.max(b)];
         if a == b || self.pieces[a] != self.pieces[b] || self.joined.contains(&pair) {

@@ -8,7 +8,7 @@ use msd_core::lattice::FAMILIES;
 /// The most lattice points that are looked at: with 13 springs each they take some 4 GB.
 const LARGEST: u128 = 1 << 21;
 
-/// How near to the surface a particle may stand, in spacings. A lattice point nearer than that
+/// The least distance of a particle from the surface, in spacings. A lattice point nearer than that
 /// would double the surface, at the price of one more particle.
 const CLEARANCE: f64 = 0.4;
 
@@ -110,7 +110,7 @@ impl Grid {
         cells_between(IVec3::ZERO, self.size - 1)
     }
 
-    /// Which cells stand too near to a triangle.
+    /// The cells that stand too near to a triangle.
     fn near_surface(&self, positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<bool> {
         let clearance = CLEARANCE * self.spacing;
         let mut near = vec![false; self.cells().count()];

@@ -26,31 +26,31 @@ use std::borrow::Cow;
 /// Seam springs from a particle on an open edge to the piece beside it.
 const SEAMS: usize = 3;
 
-/// The most of its surface over which a mesh may leave undecided what is inside.
+/// The most of its surface over which a mesh may leave its inside undecided.
 const MOST_UNDECIDED: f64 = 0.1;
 
-/// The longest edges of the surface of a material, root mean square, in spacings: a coarser one is
+/// The longest edges of the surface of a material, root mean square, in spacings. A coarser one is
 /// cut up, as too few springs from the lattice would reach its corners.
 const LONGEST_EDGE: f64 = 1.1;
 
-/// What is inside the surface.
+/// The inside of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Filling {
     /// A solid if the mesh is closed, else a shell.
     #[default]
     Auto,
-    /// An interior lattice. Holes are taken for closed; a mesh that leaves undecided what is
-    /// inside, over more than a tenth of its surface, is refused.
+    /// An interior lattice. Holes are taken for closed; a mesh that leaves its inside undecided
+    /// over more than a tenth of its surface is refused.
     Solid,
     /// Nothing.
     Shell,
 }
 
-/// How a mesh becomes a body.
+/// Options of the body that is built from a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshOptions {
-    /// What is inside. Default [`Filling::Auto`].
+    /// The inside. Default [`Filling::Auto`].
     pub filling: Filling,
     /// Longest side of the bounding box, metres; positive. Default 1; `None` takes the units of
     /// the file as metres.
@@ -70,8 +70,8 @@ pub struct MeshOptions {
     /// Stiffness and damping of the bending springs of a shell as a fraction of those of the
     /// others; not negative. Default 1, which keeps the columns uniform.
     pub bending: f64,
-    /// What it is made of, instead of mass, stiffness, damping and bending: particles and springs
-    /// are then those of the volume that they stand for, in a shell, which is of a uniform sheet,
+    /// Its substance, instead of mass, stiffness, damping and bending. Particles and springs are
+    /// then those of the volume that they stand for; in a shell, which is of a uniform sheet, those
     /// of the area. Poisson's ratio is that of springs, 1/4 or 1/3. Default `None`.
     pub substance: Option<Substance>,
 }
@@ -92,7 +92,7 @@ impl Default for MeshOptions {
 }
 
 impl MeshOptions {
-    /// The defaults for a mesh that is filled so: a shell of an open mesh gets five times the
+    /// The defaults for a mesh that is filled so. A shell of an open mesh gets five times the
     /// stiffness and damping, since it has no inside to hold it up.
     pub fn for_mesh(mesh: &Mesh, filling: Filling) -> Self {
         let default = Self { filling, ..Self::default() };
@@ -103,7 +103,7 @@ impl MeshOptions {
     }
 }
 
-/// What a body was built of.
+/// The composition of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BodyReport {
     /// Whether it has an interior lattice.
@@ -136,7 +136,7 @@ pub struct BodyReport {
     /// Spacing of the interior lattice, metres; 0 for a shell.
     pub spacing: f64,
     /// Of a solid of a material: the root mean square of the forces that are left over in a uniform
-    /// strain, as a part of those on the surface; 0 would be exact, and is that of other bodies.
+    /// strain, as a part of those on the surface. 0 would be exact, and is that of other bodies.
     pub unbalanced: f64,
 }
 
@@ -178,16 +178,16 @@ impl core::fmt::Display for BodyReport {
 /// Every vertex becomes a particle, every edge a spring. A solid gets a cubic lattice inside with
 /// springs to 26 neighbours, and braces from each surface particle to the nearest lattice points
 /// or, in thin parts, across. A shell gets a bending spring across each edge that two faces share,
-/// and seams: its pieces, like the spout of a teapot, are joined where the open edge of one comes
-/// within a mean edge length of another. Each spring is as long as it is at rest.
+/// and seams. Its pieces, like the spout of a teapot, are joined where the open edge of one comes
+/// within a mean edge length of another. Each spring starts at its rest length.
 ///
 /// A solid of a substance has a surface as fine as its lattice, cut up where the mesh is coarser,
 /// and more braces, to whatever is near. Its mass is that of the volume which the mesh encloses. A
 /// shell of a substance has the mass of its area, and hinges instead of bending springs.
 ///
 /// # Errors
-/// An option outside its domain; a solid of a mesh that leaves undecided what is inside; a
-/// substance of other dimensions than the body; a lattice too fine.
+/// An option outside its domain; a solid of a mesh that leaves its inside undecided; a substance of
+/// other dimensions than the body; a lattice too fine.
 ///
 /// # Panics
 /// If a triangle names no vertex, or there are texture coordinates of fewer triangles: no [`Mesh`]
@@ -228,7 +228,7 @@ pub fn body(mesh: &Mesh, options: &MeshOptions) -> Result<(Part, BodyReport), Me
 /// The masses of particles, and stiffness and damping of springs.
 type Constants = (Vec<f64>, Vec<[f64; 2]>);
 
-/// Masses and springs that are alike but for what resists bending.
+/// Masses and springs that are alike but for those that resist bending.
 fn alike(
     options: &MeshOptions,
     (particles, springs): (usize, usize),
@@ -245,7 +245,7 @@ fn alike(
 /// Masses and springs by the volume that each stands for.
 ///
 /// # Errors
-/// A substance that is no solid of springs alone, or a number outside its domain.
+/// A substance that is not a solid of springs alone, or a number outside its domain.
 fn shared(
     substance: &Substance,
     (points, springs, triangles): (&[DVec3], &[[usize; 2]], &[[u32; 3]]),

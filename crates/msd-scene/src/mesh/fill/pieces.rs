@@ -43,7 +43,7 @@ pub(crate) fn pieces(
     }
     let surface = numbers.iter().map(|&number| number as usize);
     // A point that is inside by the sum of all components is inside at least one of them, if they
-    // are closed; else a few between two of them belong to the last.
+    // are closed. Else a few between two of them belong to the last.
     let all = surface.chain(homes.into_iter().map(|home| home.min(count - 1)));
     all.map(|component| sets.find(component)).collect()
 }

@@ -13,7 +13,7 @@
 //!
 //! Σ v/L n_i n_j n_k + (A_i δ_jk + A_j δ_ki + A_k δ_ij)/15 = 0,
 //!
-//! n going away from it. This is the patch test. A lattice passes it; of springs from there to an
+//! n going away from it. This is the patch test. A lattice passes it. Of springs from there to an
 //! unstructured surface, the volumes that come nearest to passing it are sought: least squares, one
 //! spring after the other (Gauss and Seidel), none below a tenth of an even share. A particle
 //! stands for half of each of its springs.
@@ -24,14 +24,14 @@ use glam::DVec3;
 /// zzy, xyz.
 type Ten = [f64; 10];
 
-/// How often each of them stands in the tensor.
+/// The number of times that each of them stands in the tensor.
 const TIMES: Ten = [1.0, 1.0, 1.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 6.0];
 /// Rounds over all springs; three times as many change Young's modulus by less than a hundredth.
 const ROUNDS: usize = 200;
 /// The least volume of a spring, as a part of an even share: no particle loses its hold.
 const LEAST: f64 = 0.1;
 
-/// What the springs of a solid stand for.
+/// The shares of the volume that the springs of a solid stand for.
 pub(crate) struct Shares {
     /// The volume of each spring, cubic metres; they add up to that of the solid.
     pub(crate) volumes: Vec<f64>,
@@ -116,7 +116,7 @@ fn pressed(area: DVec3) -> Ten {
     [3.0 * x, 3.0 * y, 3.0 * z, y, z, x, z, x, y, 0.0]
 }
 
-/// Adds a volume of a spring to what is left over at its ends.
+/// Adds a volume of a spring to the remainders at its ends.
 fn add(left: &mut [Ten], [a, b]: [usize; 2], (pull, volume): (&Ten, f64)) {
     for part in 0..pull.len() {
         left[a][part] += volume * pull[part];

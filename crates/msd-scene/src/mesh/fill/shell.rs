@@ -1,4 +1,4 @@
-//! Shells: springs along the edges of a mesh, and what keeps it from bending.
+//! Shells: springs along the edges of a mesh, and those that keep it from bending.
 //!
 //! In a shell of a material a spring of length L along an edge stands for the triangles at it, of
 //! areas A: k = E t Σ A/L² (Van Gelder, 1998). A particle has a third of the mass of each of its
@@ -66,7 +66,7 @@ fn seams(mesh: &Mesh, points: &[DVec3], reach: f64) -> Vec<[usize; 2]> {
 /// Masses, springs and bends of a shell of a sheet, by the areas that they stand for.
 ///
 /// # Errors
-/// A substance that is no uniform sheet, or a number outside its domain.
+/// A substance that is not a uniform sheet, or a number outside its domain.
 pub(super) fn of_sheet(
     substance: &Substance,
     points: &[DVec3],

@@ -57,8 +57,8 @@ const COMPRESSED: [&str; 3] =
 const HARMLESS: [&str; 4] =
     ["KHR_mesh_quantization", "KHR_materials_", "KHR_lights_", "KHR_texture_transform"];
 
-/// Refuses files of another version: their structure is another, and the reader would name what
-/// it misses first.
+/// Refuses files of another version: their structure is another, and the reader would name the
+/// first missing field.
 fn check_version(bytes: &[u8], file: &str) -> Result<(), MeshError> {
     #[derive(serde::Deserialize)]
     struct Head {
@@ -85,7 +85,7 @@ fn check_version(bytes: &[u8], file: &str) -> Result<(), MeshError> {
     })
 }
 
-/// Refuses what a file cannot be read without, by name and with the way out.
+/// Refuses the extensions that a file cannot be read without, by name and with the way out.
 fn check_extensions(required: &[String], file: &str) -> Result<(), MeshError> {
     let Some(name) = required.first() else { return Ok(()) };
     let compressed = required.iter().find(|name| COMPRESSED.contains(&name.as_str()));
@@ -115,7 +115,7 @@ fn read_structure(
         gltf::Gltf::from_slice_without_validation(bytes).map_err(invalid)?;
     let mut root = document.into_json();
     root.extensions_required.retain(|name| !HARMLESS.iter().any(|start| name.starts_with(start)));
-    // First: what follows would say that the numbers are missing, not why.
+    // First: later checks would say that the numbers are missing, not why.
     check_extensions(&root.extensions_required, file)?;
     // `gltf` looks at the accessor of the positions before it checks that there is one.
     let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
@@ -137,7 +137,7 @@ struct Reading<'a> {
 }
 
 impl Reading<'_> {
-    /// Walks the nodes of the default scene, or the first; without one, every mesh as it is.
+    /// Walks the nodes of the default scene, or the first; without one, every mesh untransformed.
     fn add_scene(&mut self, document: &gltf::Document) -> Result<(), MeshError> {
         let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) else {
             return document
@@ -176,7 +176,8 @@ impl Reading<'_> {
         let Some(positions) = primitive.get(&Semantic::Positions) else { return Ok(()) };
         let first = self.raw.positions.len();
         let vertices = self.vectors(&positions, Dimensions::Vec3)?;
-        // A few bytes can be placed by many nodes, so the length of the file is no limit here.
+        // Many nodes can place the same few bytes, so the length of the file does not bound the
+        // count.
         let count = first as u128 + vertices.len() as u128;
         check_count(self.file, "the number of vertices", count)?;
         let points = vertices.iter().copied().map(DVec3::from_array);
@@ -310,7 +311,7 @@ fn number(kind: DataType, bytes: &[u8]) -> f64 {
     }
 }
 
-/// What a normalised integer is multiplied by.
+/// The factor of a normalised integer.
 fn normalisation(kind: DataType) -> f64 {
     match kind {
         DataType::I8 => 1.0 / 127.0,

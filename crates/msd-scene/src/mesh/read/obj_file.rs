@@ -44,7 +44,7 @@ pub(crate) fn parse(bytes: &[u8], file: &str) -> Result<Raw, MeshError> {
     Ok(rows.finish())
 }
 
-/// What the rows so far have given.
+/// The results of the rows so far.
 #[derive(Default)]
 struct Rows {
     vertices: Vec<DVec3>,

@@ -46,8 +46,8 @@ pub(crate) fn parse(bytes: &[u8], file: &str) -> Result<Raw, MeshError> {
     assemble(&vertices, &faces, (file, textured))
 }
 
-/// The message of a parse error without its line, which is printed apart, and without what the
-/// grammar of the reader expected.
+/// The message of a parse error without its line, which is printed apart, and without the
+/// expectations of the reader's grammar.
 fn without_line(error: &ParseError) -> String {
     let message = error.to_string();
     let reason = match (message.strip_prefix("Line "), message.split_once(": ")) {
@@ -101,7 +101,7 @@ fn assemble(
     Ok(raw)
 }
 
-/// Checks that the elements a header announces can be in the bytes that follow it: some readers
+/// Checks that the elements a header announces can be in the bytes that follow it. Some readers
 /// make room for four billion elements, or count to four billion, on the word of a header.
 fn check_counts(header: &Header, present: usize, file: &str) -> Result<(), MeshError> {
     let text = header.encoding == Encoding::Ascii;

@@ -1,5 +1,5 @@
-//! STL files: texts by `stl_io`, binary ones by hand, as `stl_io` takes for a text what begins with
-//! "solid".
+//! STL files: texts by `stl_io`, binary ones by hand, as `stl_io` takes any file that begins with
+//! "solid" for a text.
 
 use crate::mesh::error::{MeshError, Row, malformed, malformed_row};
 use crate::mesh::raw::{Raw, check_count, without_mark};
@@ -20,7 +20,7 @@ pub(crate) fn parse(bytes: &[u8], file: &str) -> Result<Raw, MeshError> {
 }
 
 /// Whether a file is binary. Some binary headers start with "solid" too, and some files go on after
-/// the last facet; but no text has a zero, and the number of facets has one: its highest byte.
+/// the last facet. But no text has a zero, and the number of facets has one: its highest byte.
 fn is_binary(bytes: &[u8]) -> bool {
     let word = without_mark(bytes).trim_ascii_start().get(..5);
     let starts_as_text = word.is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
@@ -86,7 +86,7 @@ fn read_binary(bytes: &[u8]) -> Raw {
         let corners = facet[12..48].chunks_exact(12);
         raw.add_facet(corners.map(|at| [0, 4, 8].map(|i| number(&at[i..i + 4]))));
     }
-    // Less than a facet is what some programs add.
+    // Some programs add less than a facet.
     let left_over = bytes.len() - HEADER - count * FACET;
     raw.left_over = if FACET <= left_over { left_over } else { 0 };
     raw
