@@ -2,9 +2,9 @@
 //! times are too noisy.
 //!
 //! `cargo bench --bench instructions` counts those of AVX2 by cachegrind and compares them with
-//! `benches/instructions.txt`; `-- --write` puts what it counts there. Whoever changes a count
-//! on purpose commits the new one. Set-up does not count: what is counted is the difference between
-//! two runs, the longer of which takes [`STEPS`] more steps.
+//! `benches/instructions.txt`; `-- --write` puts what it counts there. If you change a count on
+//! purpose, commit the new one. Set-up does not count: each count is the difference between two
+//! runs, the longer of which takes [`STEPS`] more steps.
 //!
 //! No library for this: gungraun needs a runner of its own version, installed beside cargo.
 //!
@@ -34,8 +34,7 @@ const WORKS: [(&str, Integrator, u32); 5] = [
 ];
 /// Steps counted, each of 12 substeps: the cloth has begun to swing, the block to fall.
 const STEPS: u32 = 4;
-/// How far a count may be off, as a part of it: the system's copying differs from machine to
-/// machine.
+/// Relative tolerance of a count: the system's copying differs from machine to machine.
 const TOLERANCE: f64 = 0.02;
 /// The argument that makes this program take steps of a work, and nothing else.
 const RUN: &str = "--run";
@@ -65,7 +64,7 @@ fn main() -> ExitCode {
     compare(&counts)
 }
 
-/// Where the counts are kept.
+/// Path of the stored counts.
 fn page() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../benches/instructions.txt")
 }

@@ -1,15 +1,17 @@
 //! Automatic substeps: as many as the predicted limit of stability asks for, and no clock involved.
 //!
-//! They are chosen where a run is opened and where its springs, masses or settings change, and
-//! renewed after every so many steps: a function of state, settings and the number of steps, so
-//! that a run that was saved or replayed has the same bits. A lazy run chooses them no earlier than
-//! at its next step, and piece by piece before that.
+//! A run chooses them when it is opened and when its springs, masses or settings change. It renews
+//! them after a fixed number of steps. They are a function of state, settings and the number of
+//! steps, so that a saved or replayed run has the same bits. A lazy run chooses them no earlier
+//! than at its next step, and piece by piece before that.
 //!
-//! A step in which shells may cross, or in a substep of which a particle goes a tenth of a radian
-//! round a solid that it meets, or such a solid moves by more than half of its thickness, is taken
-//! again with twice as many, and these stay until the next renewal. So is one in which energy
-//! appears that nothing supplied: a body that is pressed flat is stiffer than at the last
-//! prediction.
+//! Some steps are taken again with twice as many substeps, which stay until the next renewal:
+//!
+//! - a step in which shells may cross;
+//! - a step with a substep in which a particle goes a tenth of a radian round a solid that it
+//!   meets, or such a solid moves by more than half of its thickness;
+//! - a step in which energy appears that nothing supplied: a body that is pressed flat is stiffer
+//!   than at the last prediction.
 
 use Automatic::{Begun, Chosen, Due, Wanted};
 use msd_core::glam::DVec3;
@@ -23,8 +25,8 @@ const AIM: f64 = 0.9;
 /// The same where dampers set the limit, which falls further as they come to lie along one line:
 /// by 23 % in `foam`, within a sixth of a second.
 const AIM_OF_DAMPERS: f64 = 0.7;
-/// A body is loose where what is stable in any shape is at least this part of what is stable now:
-/// a rope or a cloth; of a block it is less.
+/// Least ratio of the limit in any shape to the current limit for a body to be loose: a rope or a
+/// cloth; a block has less.
 const LOOSE: f64 = 0.6;
 /// The most substeps that are chosen: a step of a large scene then takes seconds.
 const MOST: f64 = 1e4;
@@ -36,12 +38,12 @@ const XPBD_OF_BODIES: u32 = 32;
 /// The part of the work of a run that renewals may take by the costs below; on the built-in scenes
 /// it is 3 % to 25 %.
 const SHARE: f64 = 0.05;
-/// What a prediction costs in evaluations of the forces: see `cargo bench --bench stability`.
+/// Cost of a prediction, in evaluations of the forces: see `cargo bench --bench stability`.
 const COST: f64 = 300.0;
-/// What it costs besides where dampers couple motions, in springs evaluated.
+/// Extra cost of a prediction where dampers couple motions, in springs evaluated.
 const COUPLED_COST: f64 = 8e6;
 
-/// Whether and when the substeps of a run are chosen.
+/// State of the choice of substeps of a run: whether it is automatic, and whether it is due.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Substeps {
     /// Nothing where they are fixed.
@@ -52,7 +54,7 @@ pub struct Substeps {
     pub(crate) gusts: Option<(Wind, DVec3)>,
 }
 
-/// What is known of the last choice of substeps.
+/// Result of the last choice of substeps.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Choice {
     /// Steps from one renewal to the next.
@@ -115,12 +117,12 @@ impl Automatic {
         if is_felt && !is_motion(model, interaction) { self.forgotten() } else { self }
     }
 
-    /// Whether what is queued moves the limit.
+    /// Returns whether queued interactions move the limit.
     pub(crate) fn is_due(self) -> bool {
         matches!(self, Due { .. })
     }
 
-    /// Whether they are to be chosen from anew before the next step.
+    /// Returns whether the substeps are to be chosen anew before the next step.
     pub(crate) fn is_open(self) -> bool {
         match self {
             Chosen { .. } => false,
@@ -129,7 +131,7 @@ impl Automatic {
         }
     }
 
-    /// Forgets what was predicted, as something was changed.
+    /// Forgets the prediction, as something was changed.
     pub(crate) fn forgotten(self) -> Self {
         match self {
             Chosen { last, .. } | Begun { last, cause: Cause::Time } => Chosen { last, at: None },
@@ -138,8 +140,8 @@ impl Automatic {
         }
     }
 
-    /// Why the next step of a run that has taken so many begins with a choice, if it does; what is
-    /// due is applied before that. `has_freed` is whether a pin ended in the last step.
+    /// Why the next step of a run that has taken so many begins with a choice, if it does. Queued
+    /// interactions are applied before that. `has_freed` is whether a pin ended in the last step.
     pub(crate) fn cause(self, steps: u64, has_freed: bool) -> Option<Cause> {
         match self {
             Chosen { at, .. } if has_freed && at != Some(steps) => Some(Cause::Change),
@@ -190,13 +192,14 @@ fn is_damped_unevenly<R: Real>(model: &Model<R>) -> bool {
     dampings.any(|damping| Some(damping) != first)
 }
 
-/// Whether an interaction may move the limit. A hand is kept weaker than any substep.
+/// Returns whether an interaction may move the limit. A grab is kept weaker than any substep.
 fn moves_limit<R: Real>(model: &Model<R>, interaction: &Interaction) -> bool {
     let effects = interaction.effects();
     effects.springs || effects.masses && !is_motion(model, interaction)
 }
 
-/// Whether an interaction moves what is held or pinned already, which the limit does not follow.
+/// Returns whether an interaction only moves a held or pinned particle, which the limit does not
+/// follow.
 pub(crate) fn is_motion<R: Real>(model: &Model<R>, interaction: &Interaction) -> bool {
     match *interaction {
         Interaction::Pin { particle, .. } => model.is_pinned(particle),
@@ -252,7 +255,7 @@ fn predict<R: Real>(simulation: &Simulation<R>, estimator: &mut Estimator) -> Op
     simulation.stable_substep_piecewise(integrator, substeps, estimator)
 }
 
-/// The substeps where the limit says nothing: as they are, but where particles meet shells or
+/// The substeps where the limit says nothing: the current ones, but where particles meet shells or
 /// solids at most the default ones, as refused steps may have raised them.
 fn unlimited<R: Real>(simulation: &Simulation<R>) -> u32 {
     let (Settings { substeps: now, integrator, .. }, model) =
@@ -283,9 +286,9 @@ fn set<R: Real>(
 
 /// The longest substep to be taken, seconds.
 ///
-/// h²/4 K + h/2 D reaches 1 at the limit h: a damper counts for more than its spring where
-/// h/2 c > h²/4 k. Where nothing resists a fold, springs come to lie along one line in a moment,
-/// however stiff they are; what such a body bears in any shape is little shorter, and is taken.
+/// h²/4 K + h/2 D reaches 1 at the limit h: a damper counts for more than its spring where h/2 c >
+/// h²/4 k. Where nothing resists a fold, springs come to lie along one line in a moment, however
+/// stiff they are; the limit of such a body in any shape is little shorter, and is taken.
 fn longest<R: Real>(simulation: &Simulation<R>, stable: f64) -> f64 {
     let model = simulation.model();
     let mut springs = (0..model.ends().len()).filter(|&spring| !model.is_cut(spring));
@@ -302,8 +305,8 @@ fn needed(settings: Settings, longest: f64) -> u32 {
     (settings.step / longest).ceil().clamp(1.0, MOST) as u32
 }
 
-/// The same, or the present number where that is enough and at most a third more: a limit that
-/// wavers is no reason to change.
+/// The same, or the current number where that is enough and at most a third more: a limit that
+/// wavers does not justify a change.
 fn needed_or_near(settings: Settings, longest: f64) -> u32 {
     let needed = needed(settings, longest);
     let is_near = (needed..=needed + needed / 3).contains(&settings.substeps);

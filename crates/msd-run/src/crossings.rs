@@ -7,7 +7,7 @@ use msd_scene::crossing::{Triangle, each_crossing};
 use serde::Serialize;
 use std::fmt;
 
-/// What counting costs for a triangle at most, in evaluations of a spring with all that a step does
+/// Greatest cost of counting per triangle, in evaluations of a spring with all that a step does
 /// beside it: 12 to 88 in the built-in scenes where bodies meet.
 const COST: f64 = 100.0;
 
@@ -67,7 +67,7 @@ impl fmt::Display for WentThrough {
 pub(crate) fn went_through<R: Real>(simulation: &Simulation<R>) -> Vec<WentThrough> {
     let model = simulation.model();
     let named = |&ShellPassage { particles: [first, last], time }: &ShellPassage| {
-        // What is pinned stays. Otherwise a file has first what lies below.
+        // Pinned bodies stay. Otherwise a file lists the lower body first.
         let first_moves = !has_pins(model, first) && has_pins(model, last);
         let [body, through] = if first_moves { [first, last] } else { [last, first] };
         let [body, through] = [body, through].map(|particle| name(model, particle));

@@ -55,7 +55,7 @@ impl History {
         Some(latest)
     }
 
-    /// The state of so many steps before the present one, at least 1.
+    /// The state of so many steps before the current one, at least 1.
     pub fn nth_back(&self, steps: usize) -> Option<&Moment> {
         self.moments.len().checked_sub(steps).and_then(|at| self.moments.get(at))
     }

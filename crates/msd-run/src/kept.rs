@@ -1,6 +1,6 @@
 //! Runs whose bits are kept, and a check of them that takes a little time now and then.
 //!
-//! Every built-in scene as it is, and some small ones under every method in both precisions. The
+//! Every built-in scene unchanged, and some small ones under every method in both precisions. The
 //! tests of this crate compute them here; a page of a browser does so there.
 
 use crate::runner::Runner;
@@ -66,8 +66,8 @@ impl KeptRun {
     }
 }
 
-/// The square with what no small built-in scene has: Coulomb friction, drag, springs that differ
-/// and a pin that moves.
+/// The square with features that no small built-in scene has: Coulomb friction, drag, springs that
+/// differ and a pin that moves.
 fn rough(mut square: Loaded) -> Loaded {
     let Scene { world, springs, planes, pins, .. } = &mut square.scene;
     world.drag = 0.1;
@@ -138,7 +138,7 @@ impl Verification {
         self.wrong.extend(wrong);
     }
 
-    /// How many runs are done, and how many there are.
+    /// Number of runs that are done, and number of all runs.
     pub fn progress(&self) -> (usize, usize) {
         (self.done, self.runs.len())
     }

@@ -1,4 +1,4 @@
-//! Keys of a scene that reach a run while it goes on: what it does so that they have values.
+//! Keys of a scene that a run takes while it goes on: the interactions that give them values.
 
 use crate::on;
 use crate::runner::Runner;
@@ -12,13 +12,13 @@ use std::fmt::Display;
 use std::mem::discriminant;
 use std::ops::Range;
 
-/// What values of a run depend on that it does not hold by itself, and how its planes stop.
+/// Data on which values of a run depend and which it does not hold, and how its planes stop.
 #[derive(Clone, Debug, Default)]
 pub struct Target {
-    /// What each body is made of; none of one that is given by masses and springs.
+    /// The material of each body; `None` for one that is given by masses and springs.
     pub made: Vec<Option<Made>>,
-    /// The springs of each body, and of each row of links after them, with what their rest lengths
-    /// are multiplied by.
+    /// The springs of each body, and of each row of links after them, with the factor of their rest
+    /// lengths.
     pub rest_scales: Vec<(Range<usize>, f64)>,
     planes: Vec<(f64, Friction)>,
 }
@@ -30,7 +30,7 @@ impl Target {
         Target { made, rest_scales, planes: Vec::new() }
     }
 
-    /// The same, with the planes of a run as they are now.
+    /// The same, with the current planes of a run.
     pub fn of(self, runner: &Runner) -> Self {
         let planes = on!(runner, simulation => {
             let planes = simulation.model().planes().iter();
@@ -39,8 +39,8 @@ impl Target {
         Target { planes, ..self }
     }
 
-    /// What a run of a scene does so that a key has a value. How bodies meet is made anew instead,
-    /// by [`shells_of`], and a solver is set by [`Runner::set_solver`].
+    /// Returns the interactions that give a key a value in a run of a scene. Collisions of bodies
+    /// are set up anew by [`shells_of`] instead, and a solver is set by [`Runner::set_solver`].
     ///
     /// # Errors
     /// A line on a value that the key cannot have, or a key that a run cannot be given.
@@ -203,8 +203,8 @@ impl Target {
     }
 }
 
-/// Gives a run of a scene all values that were set of it, but for its solver; returns what they
-/// depend on then.
+/// Gives a run of a scene all edited values except its solver; returns the data on which they then
+/// depend.
 ///
 /// # Errors
 /// A line on a value that the scene refuses.
@@ -235,8 +235,8 @@ fn queue_all(runner: &mut Runner, loaded: &Loaded, edits: &Edits) -> Result<Targ
     Ok(target)
 }
 
-/// What switches a part of a scene off: its springs stay where they are, with neither stiffness nor
-/// damping.
+/// Returns the interactions that switch a part of a scene off: its springs stay in place, with
+/// neither stiffness nor damping.
 pub fn off(part: Part, loaded: &Loaded) -> Vec<Interaction> {
     let scene = &loaded.scene;
     let count = scene.springs.len();
@@ -278,7 +278,8 @@ pub fn keep_off(parts: &[Part], set: &mut Edits) {
     }
 }
 
-/// What keeps springs of parts off after acts that set constants of springs.
+/// Returns the interactions that keep springs of parts off after acts that set constants of
+/// springs.
 pub fn off_again(parts: &[Part], acts: &[Interaction], loaded: &Loaded) -> Vec<Interaction> {
     use Part::{BendingSprings, FaceDiagonals, SpaceDiagonals};
     let sets = |off: &Interaction| acts.iter().any(|act| discriminant(act) == discriminant(off));

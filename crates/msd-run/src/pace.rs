@@ -6,7 +6,7 @@ use msd_scene::{FileError, workloads};
 /// Steps of a batch, from the start of the work: a second.
 const BATCH: u64 = 60;
 
-/// Why there is no pace.
+/// Reasons why the pace is unknown.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PaceError {
@@ -21,8 +21,8 @@ pub enum PaceError {
     Step(#[from] Error),
 }
 
-/// Steps a work (`cloth/31`, `block/20`) in f32 by symplectic Euler for some seconds, and returns
-/// the spring updates per second of its best batch; `clock` gives seconds.
+/// Steps a work (`cloth/31`, `block/20`) in f32 by symplectic Euler for some seconds. Returns the
+/// spring updates per second of its best batch; `clock` gives seconds.
 ///
 /// # Errors
 /// See [`PaceError`].

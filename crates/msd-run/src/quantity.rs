@@ -1,4 +1,4 @@
-//! Numbers and quantities as they are printed: in words, on the command line and in the panels.
+//! Printed numbers and quantities: in words, on the command line and in the panels.
 //!
 //! Files and `--json` keep all digits; these are for reading.
 

@@ -1,8 +1,7 @@
-//! Recordings: what was done to a run, and after which of its steps.
+//! Recordings: the events of a run, and after which of its steps each happened.
 //!
 //! A recording is the saved run that it starts from and the events that followed. It grows while it
-//! is made: one that a crash cut short holds all up to its last whole event. See
-//! `docs/reference/files.md`.
+//! is made: a crash leaves all events up to the last whole one. See `docs/reference/files.md`.
 
 use crate::runner::Runner;
 use msd_core::{Interaction, Settings};
@@ -13,10 +12,10 @@ use std::fs::File;
 use std::io::{Seek, Write};
 use std::path::Path;
 
-/// How the name of a recording ends.
+/// Extension of the name of a recording.
 pub const ENDING: &str = "msdrec";
 
-/// Raised whenever what is written changes its form.
+/// Raised whenever the written form changes.
 const KIND: FileKind = FileKind { what: "recording", format: 17, oldest: 16 };
 
 /// Steps after which a recording is written on at the latest: a second of the default step.
@@ -33,7 +32,7 @@ pub enum Event {
     Precision(Precision),
     /// It took so many steps.
     Steps(u32),
-    /// It returned to the state before the last step. What a hand had set stays set.
+    /// It returned to the state before the last step. The values that a user set stay.
     Back,
     /// Something else took its place: it was restarted, or another scene opened.
     Start(Box<Loaded>),
@@ -41,16 +40,16 @@ pub enum Event {
     End(u64),
 }
 
-/// A run and what was done to it.
+/// A run and its events.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     /// The run that it starts from.
     pub start: Loaded,
-    /// What happened, in order.
+    /// The events, in order.
     pub events: Vec<Event>,
     /// Whether the end is missing: the program that recorded was stopped.
     pub is_cut_short: bool,
-    /// Bytes at the end of the file that are no whole event, and were left out by
+    /// Number of bytes at the end of the file that do not form a whole event, and were left out by
     /// [`salvage_recording`]; else 0.
     pub lost_bytes: usize,
 }
@@ -91,13 +90,13 @@ pub fn load_recording(path: &Path) -> Result<Recording, FileError> {
     read_recording(&KIND.load(path)?, &shown_path(path))
 }
 
-/// Reads a recording from the bytes of a file called `name`. Whether its events fit its run is
-/// checked when they are replayed. One without its end is taken, if what is there is whole.
+/// Reads a recording from the bytes of a file called `name`. A replay checks whether its events fit
+/// its run. A recording without its end is accepted if its events are whole.
 ///
 /// # Errors
-/// [`FileError::Format`] for a file of another format; [`FileError::Malformed`] for bytes that are
-/// no recording, end before its first event or within one, do not fit their checksum, or go on
-/// after the end of the recording.
+/// [`FileError::Format`] for a file of another format. [`FileError::Malformed`] for bytes that are
+/// not a recording, end before its first event or within one, do not fit their checksum, or go on
+/// after its end.
 pub fn read_recording(bytes: &[u8], name: &str) -> Result<Recording, FileError> {
     match salvage(bytes, name)? {
         (recording, None) => Ok(recording),
@@ -105,7 +104,7 @@ pub fn read_recording(bytes: &[u8], name: &str) -> Result<Recording, FileError> 
     }
 }
 
-/// Reads from a file what is whole of a recording, up to the first event that is not.
+/// Reads the whole part of a recording from a file, up to the first damaged event.
 ///
 /// # Errors
 /// A file that cannot be read; everything that [`salvage_recording`] refuses.
@@ -113,17 +112,17 @@ pub fn load_salvaged(path: &Path) -> Result<Recording, FileError> {
     salvage_recording(&KIND.load(path)?, &shown_path(path))
 }
 
-/// Reads what is whole of a recording from the bytes of a file called `name`, up to the first event
-/// that is not: [`Recording::lost_bytes`] is how much is left out.
+/// Reads the whole part of a recording from the bytes of a file called `name`, up to the first
+/// damaged event. [`Recording::lost_bytes`] counts the bytes that are left out.
 ///
 /// # Errors
 /// [`FileError::Format`] for a file of another format; [`FileError::Malformed`] for bytes that are
-/// no recording, or whose start is not whole.
+/// not a recording, or whose start is not whole.
 pub fn salvage_recording(bytes: &[u8], name: &str) -> Result<Recording, FileError> {
     salvage(bytes, name).map(|(recording, _)| recording)
 }
 
-/// What is whole of a recording, and what is wrong where that ends.
+/// The whole part of a recording, and the error where that ends.
 fn salvage(bytes: &[u8], name: &str) -> Result<(Recording, Option<FileError>), FileError> {
     let mut frames = KIND.frames(bytes, name)?;
     let start: Loaded = frames.expect()?;
@@ -163,7 +162,7 @@ fn next_event(frames: &mut Frames<'_>, recording: &Recording) -> Result<Option<E
     }
 }
 
-/// Says besides what is wrong how much would be lost without it.
+/// Adds to an error how much would be lost without the damaged part.
 fn with_loss(error: FileError, recording: &Recording) -> FileError {
     let FileError::Malformed { place, reason } = error else { return error };
     let (steps, bytes) = (recording.steps(), recording.lost_bytes);
@@ -171,7 +170,7 @@ fn with_loss(error: FileError, recording: &Recording) -> FileError {
     FileError::Malformed { place, reason }
 }
 
-/// Where a recording goes.
+/// Destination of a recording.
 #[derive(Debug)]
 enum Sink {
     File(File),
@@ -190,11 +189,11 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a recording with the run as it is now, see [`Runner::to_loaded`]. The file is there
-    /// from now on and grows with the events.
+    /// Begins a recording with the current run, see [`Runner::to_loaded`]. The file exists from
+    /// then on and grows with the events.
     ///
     /// # Errors
-    /// [`FileError::Unwritable`]; an older file of the name is as it was then.
+    /// [`FileError::Unwritable`]; an older file of the name is then unchanged.
     pub fn begin(path: &Path, start: &Loaded) -> Result<Self, FileError> {
         let mut output = Output::create(path)?;
         let name = output.name().to_owned();
@@ -279,13 +278,13 @@ impl Recorder {
                 bytes.extend(frame);
                 Ok(())
             }
-            // A frame in one go: what a crash cuts short is the last one alone.
+            // A frame in one go: a crash can cut only the last one short.
             Sink::File(file) => {
                 let start = file.stream_position();
                 let written = file.write_all(&frame);
                 if written.is_err() {
-                    // On a full disk what is there stays a recording. Where nothing can be cut off
-                    // it is a pipe, and nobody reads it again.
+                    // On a full disk the events written so far stay a recording. A sink that cannot
+                    // be cut off is a pipe, and nobody reads it again.
                     let _ = start.and_then(|start| file.set_len(start));
                 }
                 written

@@ -9,7 +9,7 @@ use msd_core::{Error, Interaction, Settings};
 use msd_scene::Loaded;
 use msd_scene::schema::{Solver, SolverRow};
 
-/// What was done to a replayed run, other than by steps.
+/// A change of a replayed run, other than by steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Change {
     /// State, material, world or settings were changed.
@@ -27,11 +27,11 @@ pub struct Replay<'a> {
     events: std::slice::Iter<'a, Event>,
     runner: Runner,
     changes: SolverRow,
-    /// How the recorded run is stepped here.
+    /// Settings with which the recorded run is stepped here.
     recorded: Settings,
     /// Steps to take before the next event.
     steps: u32,
-    /// What can be returned to; nothing is kept of a recording that never returns.
+    /// The states to return to; `None` for a recording that never returns.
     history: Option<History>,
     change: Option<Change>,
 }
@@ -60,12 +60,12 @@ impl<'a> Replay<'a> {
         &self.runner
     }
 
-    /// What was done to it before its last step, except for looks and motions of what is held.
+    /// The change before its last step, except for looks and for motions of held particles.
     pub fn change(&self) -> Option<Change> {
         self.change
     }
 
-    /// Takes the next step, after what was done before it; `false` where the recording ends.
+    /// Takes the next step, after the events before it; returns `false` where the recording ends.
     ///
     /// # Errors
     /// A step that diverges, see [`msd_core::Simulation::step`], and an event that does not fit the
@@ -142,8 +142,8 @@ impl<'a> Replay<'a> {
     }
 }
 
-/// A saved run made ready with changes. What was chosen while it was recorded stands in the
-/// recording: nothing is chosen anew.
+/// A saved run made ready with changes. The recording holds the choices that were made while it was
+/// recorded: nothing is chosen anew.
 fn open(start: &Loaded, changes: &SolverRow) -> Result<Runner, Error> {
     let solver = start.solver().with(changes);
     Runner::open_with(start, Solver { automatic: false, ..solver })

@@ -13,19 +13,20 @@ pub const LASTING: f64 = 2.0;
 /// Part of the longest stable substep that is aimed at: springs that turn and stretch move the
 /// limit.
 const CAUTION: f64 = 0.8;
-/// How often substeps are doubled, or a tolerance taken ten times, until a trial lasts.
+/// Greatest number of times that substeps are doubled, or a tolerance is taken ten times, until a
+/// trial lasts.
 const TRIES: usize = 5;
 /// The loosest tolerance that is offered.
 const LOOSEST: f64 = 0.1;
-/// The longest that a trial may take, seconds of the wall clock; what is predicted to last is then
-/// offered as that.
+/// Longest time of a trial, seconds of the wall clock; after it, settings that are predicted to
+/// last are offered as predicted.
 const PATIENCE: f64 = 1.0;
 
 /// A run that gains more than this part of the most that was in motion will blow up, but later;
 /// bounces of a stiff body add a few per cent.
 const GAIN: f64 = 0.5;
 
-/// How far back a state is looked for that is no debris, simulated seconds.
+/// How far back a state is looked for that is not debris, simulated seconds.
 pub const SOUND: f64 = 2.0;
 /// A state is debris where a spring has become longer by half, and by half of the mean length.
 const STRETCH: f64 = 0.5;
@@ -83,7 +84,7 @@ pub enum Origin {
     Here,
     /// A state of the history.
     Earlier,
-    /// The start of the scene, with what was set since.
+    /// The start of the scene, with the values that were set since.
     Start,
     /// The start of the scene as it was written.
     Scene,
@@ -126,7 +127,7 @@ type Candidate = (Remedy, Origin);
 pub struct Rescue {
     /// The time that a remedy must last, simulated seconds.
     lasting: f64,
-    /// The substeps that the method of now would need, and the most that are offered.
+    /// The substeps that the current method would need, and the most that are offered.
     needed: f64,
     most: u32,
     /// The candidates of each kind that are left, the next one first.
@@ -136,10 +137,10 @@ pub struct Rescue {
 }
 
 impl Rescue {
-    /// Begins a search for what may be tried from some `origins`, in this order; each is to last
-    /// for `lasting` simulated seconds.
+    /// Begins a search for recovery options from some `origins`, in this order; each is to last for
+    /// `lasting` simulated seconds.
     ///
-    /// `stable` is the longest substep predicted to be stable under the present `settings`,
+    /// `stable` is the longest substep predicted to be stable under the current `settings`,
     /// seconds; at most `most` substeps are offered.
     pub fn new(
         settings: Settings,
@@ -167,7 +168,7 @@ impl Rescue {
         Rescue { lasting, needed, most, kinds, dry: None, offers: Vec::new() }
     }
 
-    /// What was found so far.
+    /// The offers that were found so far.
     pub fn offers(&self) -> &[Offer] {
         &self.offers
     }
@@ -194,8 +195,8 @@ impl Rescue {
         }
     }
 
-    /// Ends the search where it is: what is being tried is offered as predicted, and where nothing
-    /// was tried yet the fewest substeps that are predicted to be stable.
+    /// Ends the search at once: the option under trial is offered as predicted. Where nothing was
+    /// tried yet, the fewest substeps that are predicted to be stable are offered.
     pub fn end(&mut self) {
         let under_way = self.dry.take().map(|dry| dry.offer);
         let next = self.kinds.iter().flatten().next().filter(|_| self.offers.is_empty());
@@ -231,7 +232,7 @@ impl Rescue {
     }
 
     /// A remedy under which a run that has it is predicted to be stable: a method with more
-    /// substeps where it takes less than half as many as the method of now.
+    /// substeps where it takes less than half as many as the current method.
     fn fitting(&self, remedy: Remedy, run: &mut Runner) -> Option<Remedy> {
         let stable = run.stable_substep();
         if run.settings().substep() <= stable {
@@ -296,7 +297,7 @@ fn fewest(settings: Settings, stable: f64) -> f64 {
     (settings.step / (CAUTION * stable)).ceil()
 }
 
-/// The number of states by which to go back from a run that blew up to one that is no debris: in
+/// The number of states by which to go back from a run that blew up to one that is not debris: in
 /// which no spring is longer by half than about two seconds before.
 pub fn debris(runner: &Runner, history: &History) -> usize {
     let most = (SOUND / runner.settings().step).ceil().min(history.len() as f64) as usize;

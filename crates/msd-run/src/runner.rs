@@ -20,7 +20,7 @@ const MOST_WORK: u64 = 100_000_000;
 /// The evaluations of all forces that a step of the largest scene may take all the same.
 const LEAST_EVALUATIONS: u64 = 600;
 
-/// A state and what its particles do not tell.
+/// A state with the data that its particles do not hold.
 #[derive(Clone, Debug)]
 pub struct Moment {
     /// Positions and velocities.
@@ -60,7 +60,7 @@ macro_rules! on {
 /// Failures of contact between bodies.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Touched {
-    /// How often bodies may have crossed since the start; see
+    /// Number of possible tunnellings of bodies since the start; see
     /// [`Ledger::passes`](msd_core::Ledger::passes).
     pub passes: u64,
     /// Pairs of triangles that cross now, of surfaces that meet; see [`crossings`].
@@ -70,7 +70,7 @@ pub struct Touched {
 }
 
 impl Runner {
-    /// Makes what was loaded ready: a scene to run from its start, a saved run to go on.
+    /// Makes a loaded file ready: a scene to run from its start, a saved run to go on.
     ///
     /// # Errors
     /// See [`Simulation::new`] and [`Simulation::resume`].
@@ -91,9 +91,9 @@ impl Runner {
         Ok(runner)
     }
 
-    /// The same, but for automatic substeps: here and after each change of springs, masses or
-    /// settings they stay as they are until the next step begins, or [`Runner::prepare`] has chosen
-    /// them.
+    /// The same, but for automatic substeps. Here and after each change of springs, masses or
+    /// settings they keep their number until the next step begins, or [`Runner::prepare`] has
+    /// chosen them.
     ///
     /// # Errors
     /// See [`Runner::open`].
@@ -120,7 +120,7 @@ impl Runner {
         Ok(runner)
     }
 
-    /// The run as it is now, to be saved, or to go on from here.
+    /// The current run, to be saved, or to go on from here.
     pub fn to_loaded(&self, name: &str, title: &str) -> Loaded {
         let (mut scene, progress) = self.progress();
         let wind = self.substeps().gusts;
@@ -163,7 +163,7 @@ impl Runner {
         })
     }
 
-    /// Takes down the run: the rows of its scene as they are now, and how far it is.
+    /// Takes down the run: the current rows of its scene, and how far it is.
     pub fn progress(&self) -> (Scene, Progress) {
         on!(self, simulation => simulation.progress())
     }
@@ -190,7 +190,7 @@ impl Runner {
         Ok(runner)
     }
 
-    /// Lets a wind come in gusts over a run of what was loaded; a steady one is a uniform force.
+    /// Lets a wind come in gusts over a run of a loaded scene; a steady wind is a uniform force.
     pub fn set_wind(&mut self, loaded: &Loaded, wind: Wind) {
         let calm = loaded.force_in(Wind::default(), 0.0);
         self.substeps_mut().gusts = wind.is_gusty().then_some((wind, calm));
@@ -250,9 +250,9 @@ impl Runner {
         Ok(())
     }
 
-    /// Bounds the work of each step of an adaptive method, so that whoever waits for it is not kept
-    /// waiting for more than about a second; a step that needs more fails. Returns whether a step
-    /// of any other method, with its present substeps, stays within that.
+    /// Bounds the work of each step of an adaptive method, so that a caller waits for at most about
+    /// a second; a step that needs more fails. Returns whether a step of any other method, with its
+    /// current substeps, stays within that.
     pub fn bound_work(&mut self) -> bool {
         let Settings { integrator, substeps, .. } = self.settings();
         let most = on!(self, simulation => {
@@ -266,26 +266,26 @@ impl Runner {
         integrator.is_adaptive() || each * u64::from(substeps) <= most
     }
 
-    /// The longest substep that automatic ones may have at the present state, seconds: 0 if no step
+    /// The longest substep that automatic ones may have in the current state, seconds: 0 if no step
     /// is stable, infinite if every step is.
     pub fn longest_automatic_substep(&self) -> f64 {
         on!(self, simulation => longest_automatic(simulation))
     }
 
-    /// Whether substeps are chosen from the predicted limit of stability as the run goes on.
+    /// Returns whether the run chooses its substeps from the predicted limit of stability.
     pub fn is_automatic(&self) -> bool {
         self.automatic().is_some()
     }
 
-    /// Whether automatic substeps are still those of before a change, and are to be chosen before
-    /// the next step.
+    /// Returns whether automatic substeps are still those of before a change, and are to be chosen
+    /// before the next step.
     pub fn is_open(&self) -> bool {
         self.automatic().is_some_and(Automatic::is_open)
     }
 
     /// Does a piece of choosing automatic substeps, where the next step begins with that; returns
-    /// whether there may be more to do. A change of the run in between begins it anew, but for a
-    /// motion of what is held.
+    /// whether there may be more to do. A change of the run in between begins it anew, except for a
+    /// motion of held particles.
     ///
     /// # Errors
     /// See [`Simulation::set_settings`].
@@ -313,8 +313,8 @@ impl Runner {
         Ok(())
     }
 
-    /// Begins to choose substeps from the predicted limit, at once unless the run is lazy, or
-    /// leaves them as they are from now on.
+    /// Begins to choose substeps from the predicted limit, at once unless the run is lazy, or keeps
+    /// their current number from now on.
     ///
     /// # Errors
     /// See [`Simulation::set_settings`].
@@ -324,13 +324,13 @@ impl Runner {
         if self.substeps().is_lazy { Ok(()) } else { self.choose() }
     }
 
-    /// How it is stepped.
+    /// Its solver: method, settings and whether substeps are automatic.
     pub fn solver(&self) -> Solver {
         let (settings, precision) = (self.settings(), self.precision());
         Solver { settings, precision, automatic: self.is_automatic() }
     }
 
-    /// Steps it otherwise from now on; in another precision, its state is rounded once.
+    /// Changes its solver; in another precision, its state is rounded once.
     ///
     /// # Errors
     /// The first setting that is out of its domain: then nothing is changed.
@@ -352,7 +352,7 @@ impl Runner {
         self.substeps_mut().automatic = Some(resumed);
     }
 
-    /// Forgets what was predicted, as something was changed.
+    /// Forgets the prediction, as something was changed.
     fn forget(&mut self) {
         self.substeps_mut().automatic = self.automatic().map(Automatic::forgotten);
     }
@@ -401,8 +401,8 @@ impl Runner {
         Ok(())
     }
 
-    /// Applies what is queued without stepping; automatic substeps are chosen anew where that moves
-    /// the limit of stability, see [`Runner::set_automatic`].
+    /// Applies queued interactions without stepping; automatic substeps are chosen anew where those
+    /// move the limit of stability, see [`Runner::set_automatic`].
     ///
     /// # Errors
     /// See [`Simulation::apply_queued`].
@@ -421,7 +421,7 @@ impl Runner {
         if self.is_automatic() { self.set_automatic(true) } else { Ok(()) }
     }
 
-    /// How the system is stepped.
+    /// Its settings: steps and their parts.
     pub fn settings(&self) -> Settings {
         on!(self, simulation => simulation.settings())
     }
@@ -471,7 +471,7 @@ impl Runner {
         }
     }
 
-    /// A copy of what can be returned to.
+    /// A copy of the state and all else that a return needs.
     pub fn moment(&self) -> Moment {
         let ledger = on!(self, simulation => simulation.ledger().clone());
         let substeps = self.settings().substeps;
@@ -492,7 +492,7 @@ impl Runner {
             on!(&mut *self, simulation => simulation.set_settings(settings))?;
             self.resume_automatic(&[]);
         }
-        // Of a substep as it is now.
+        // Of a current substep.
         let longer = f64::from(moment.substeps) / f64::from(self.settings().substeps);
         let scaled = |row: &RowImpulse| RowImpulse {
             push: row.push * longer,
@@ -504,7 +504,7 @@ impl Runner {
         Ok(())
     }
 
-    /// What obstacles did since the start.
+    /// Contacts with obstacles since the start.
     pub fn contacts(&self) -> Contacts {
         on!(self, simulation => simulation.contacts())
     }
@@ -520,7 +520,7 @@ impl Runner {
         })
     }
 
-    /// How often shells may have crossed since the start.
+    /// Number of possible tunnellings of shells since the start.
     pub fn passes(&self) -> u64 {
         on!(self, simulation => simulation.ledger().passes())
     }
@@ -550,7 +550,7 @@ impl Runner {
         on!(self, simulation => simulation.model().spring_count())
     }
 
-    /// Where the energy is.
+    /// The energy, by its forms.
     pub fn energy(&self) -> Energy {
         on!(self, simulation => simulation.energy())
     }
@@ -560,7 +560,8 @@ impl Runner {
         on!(self, simulation => witness.watch(simulation))
     }
 
-    /// How far the solves of the last step of an implicit method got, see [`Simulation::solved`].
+    /// Convergence of the solves in the last step of an implicit method, see
+    /// [`Simulation::solved`].
     pub fn solved(&self) -> Option<Solved> {
         on!(self, simulation => simulation.solved())
     }
@@ -570,7 +571,7 @@ impl Runner {
         on!(self, simulation => simulation.momentum())
     }
 
-    /// Predicts the largest stable substep at the present state, seconds: 0 if no step is stable,
+    /// Predicts the largest stable substep in the current state, seconds: 0 if no step is stable,
     /// infinite if every step is.
     pub fn stable_substep(&self) -> f64 {
         on!(self, simulation => simulation.stable_substep())

@@ -44,7 +44,7 @@ impl Trace {
         Ok(Trace { output, watched, held })
     }
 
-    /// Adds the row of the present moment.
+    /// Adds the row of the current state.
     ///
     /// # Errors
     /// [`FileError::Unwritable`].

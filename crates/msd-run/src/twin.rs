@@ -14,7 +14,7 @@ pub const HEADER: &str = "step,time,rms,max,particle";
 /// The distance that counts as noticeable, as a fraction of the size of the scene.
 pub const NOTICEABLE: f64 = 0.01;
 
-/// How far two runs are apart after a step.
+/// Distance between two runs after a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Apart {
     /// The step.
@@ -86,7 +86,7 @@ impl<'a> Twin<'a> {
         &self.changed
     }
 
-    /// How far they are apart now.
+    /// The current distance between them.
     pub fn last(&self) -> Apart {
         self.last
     }
@@ -102,7 +102,8 @@ impl<'a> Twin<'a> {
     }
 }
 
-/// How far a run is from another of the same particles; step and time are those of the first.
+/// Returns the distance of a run from another of the same particles; step and time are those of the
+/// first.
 pub fn apart(a: &Runner, b: &Runner) -> Apart {
     let (mut squares, mut farthest) = (0.0, (0, 0.0));
     for (particle, (a, b)) in positions(a).into_iter().zip(positions(b)).enumerate() {

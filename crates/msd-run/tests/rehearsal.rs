@@ -1,6 +1,6 @@
 //! Any bytes at every boundary of msd: the targets of `fuzz/` on their corpora, on mutations of
-//! these and on random bytes, without libFuzzer, on the same inputs on every machine, and within a
-//! fixed memory.
+//! these and on random bytes. They run without libFuzzer, on the same inputs on every machine, and
+//! within a fixed memory.
 //!
 //! `MSD_MUTATIONS=3000` runs as many of either per target instead of the default of 500.
 
@@ -61,7 +61,7 @@ fn below(lot: &mut Pcg32, limit: usize) -> usize {
     lot.next_u32() as usize % limit
 }
 
-/// Changes some bytes of one seed, a few times over; what is put in is a piece or part of another.
+/// Changes some bytes of one seed, a few times over; inserts pieces or parts of another.
 fn mutate(lot: &mut Pcg32, seeds: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = seeds[below(lot, seeds.len())].clone();
     let pieces: Vec<&str> = PIECES.split(' ').collect();

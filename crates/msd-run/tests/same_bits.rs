@@ -63,7 +63,7 @@ fn in_repository(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
 }
 
-/// Whether the bytes of a kept file are these; makes them so where that is wished.
+/// Returns whether the bytes of a kept file are these; makes them so where a renewal is asked for.
 fn is_kept(path: &str, bytes: &[u8]) -> bool {
     let path = in_repository(path);
     if std::env::var_os("MSD_RENEW").is_some() {

@@ -43,14 +43,14 @@ pub struct Glb {
 struct Drawn {
     name: String,
     cover: Cover,
-    /// Where each vertex was at first, metres, and its normal; none but of triangles.
+    /// Initial positions of the vertices, metres, and their normals; empty but for triangles.
     start: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
     primitives: Vec<Value>,
     targets: Vec<Value>,
 }
 
-/// How vertices follow particles.
+/// The way in which vertices follow particles.
 #[derive(Debug)]
 enum Cover {
     /// Each is at one; three of each triangle, if there are any.
@@ -60,7 +60,7 @@ enum Cover {
 }
 
 impl Cover {
-    /// Where the vertices are, metres, and their normals; none but of triangles.
+    /// Positions of the vertices, metres, and their normals; empty but for triangles.
     fn vertices(&self, all: &[DVec3]) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
         if let Some(mesh) = self.tube(all) {
             return (mesh.places, mesh.normals);
@@ -523,7 +523,7 @@ impl Follow for Glb {
     }
 }
 
-/// Where all particles are, metres.
+/// Positions of all particles, metres.
 fn places<R: Real>(simulation: &Simulation<R>) -> Vec<DVec3> {
     simulation.positions().map(|position| position.to_f64()).collect()
 }

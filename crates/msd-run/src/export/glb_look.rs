@@ -12,7 +12,7 @@ const FLOOR: [f32; 3] = [0.58, 0.575, 0.56];
 const WALL: [f32; 3] = [0.72, 0.71, 0.69];
 /// A plane whose normal has this part upwards is a floor.
 const LEVEL: f64 = 0.95;
-/// How much darker the second colour of a pattern is.
+/// Brightness of the second colour of a pattern, relative to the first.
 const DARKER: f32 = 0.72;
 /// The radius of a rope that does not touch, as a part of its spacing.
 const THIN: f64 = 0.15;
@@ -59,7 +59,7 @@ pub fn of_back(body: &Body) -> Option<Value> {
     Some(material(&format!("{}, back", body.name), back, &body.look, false))
 }
 
-/// The material of solids, and of what belongs to no body.
+/// The material of solids, and of particles and springs that belong to no body.
 pub fn stone() -> Value {
     let look = Look { roughness: STONE.1, ..Look::default() };
     material("stone", STONE.0, &look, false)
@@ -83,7 +83,7 @@ pub fn of_plane(normal: DVec3) -> Value {
 /// The colours of the corners of a surface with a pattern, factors of that of its body; nothing
 /// without a pattern. Between corners they are mixed, so a pattern finer than triangles is lost.
 pub fn pattern(look: &Look, surface: &Surface) -> Option<Vec<f32>> {
-    // Where none is given, eight times along the surface.
+    // Where no count is given, eight times along the surface.
     let odd = |part: f32| (part * 8.0).floor().rem_euclid(2.0) == 1.0;
     let is_dark = |[u, v]: [f32; 2]| match look.pattern {
         Pattern::None => false,
@@ -214,8 +214,8 @@ impl Mesh {
         self.places.len() as u32 - 1
     }
 
-    /// Adds what a line turned about y leaves: of each point the distance from the axis, the
-    /// height, and the normal in the same way.
+    /// Adds the surface of revolution of a line about y: each point of the line has a distance from
+    /// the axis and a height, and its normal has the same two components.
     fn revolve(&mut self, line: &[[f64; 4]]) {
         let (first, along) = (self.places.len() as u32, line.len() as u32);
         for turn in 0..=AROUND {

@@ -6,7 +6,7 @@ use msd_core::Surface;
 use std::io::{self, Write};
 
 /// Writes the moment as OBJ: a group per body, with its texture coordinates; ropes and links are
-/// lines. What is one piece is smooth; a block, whose sides have corners of their own, is not.
+/// lines. A surface in one piece is smooth; a block, whose sides have corners of their own, is not.
 pub fn write_obj(runner: &Runner, skin: &Skin, output: &mut impl Write) -> io::Result<()> {
     writeln!(output, "# msd, t = {} s", runner.time())?;
     let all = positions(runner);

@@ -1,6 +1,6 @@
 //! Runs in files of other programs: meshes of a moment, and motion over time.
 //!
-//! `skin.rs` is what is seen of a scene; each other file writes a format. See
+//! `skin.rs` holds the visible parts of a scene; each other file writes a format. See
 //! `docs/reference/export.md`.
 
 mod skin;
@@ -87,7 +87,7 @@ impl Format {
         Format::ALL.into_iter().find(|format| format.ending() == ending)
     }
 
-    /// Whether its files hold one moment: the last.
+    /// Returns whether its files hold a single state: the last.
     pub fn is_of_one_moment(self) -> bool {
         matches!(self, Format::Csv | Format::Obj | Format::Ply | Format::Vtu)
     }
@@ -97,7 +97,7 @@ impl Format {
         if self == Format::Glb { MOST_MOMENTS } else { u64::MAX }
     }
 
-    /// What to do instead of using this format, where the program was built without it.
+    /// Advice for a format that this program was built without; `None` for one that it can write.
     pub fn missing(self) -> Option<&'static str> {
         let is_missing = self == Format::Parquet && !cfg!(feature = "parquet");
         is_missing.then_some(
@@ -117,7 +117,7 @@ impl Format {
 
 /// A file that follows a run.
 trait Follow {
-    /// Adds the present moment.
+    /// Adds the current state.
     fn add(&mut self, runner: &Runner) -> io::Result<()>;
 
     /// Puts the file in its place.
@@ -164,7 +164,7 @@ impl Export {
         Ok(Export { path: path.into(), moments: 0, way })
     }
 
-    /// Adds the present moment; of a file that holds one, nothing.
+    /// Adds the current state; does nothing for a format that holds a single state.
     ///
     /// # Errors
     /// [`FileError::Unwritable`].
@@ -177,8 +177,8 @@ impl Export {
         })
     }
 
-    /// Puts the file in its place; one that holds a single moment is written of the present one.
-    /// Returns the number of moments in it.
+    /// Puts the file in its place; a format that holds a single state gets the current one. Returns
+    /// the number of states in it.
     ///
     /// # Errors
     /// [`FileError::Unwritable`].
@@ -190,7 +190,7 @@ impl Export {
     }
 }
 
-/// Writes the present moment of a run; of a format that follows runs, a run of one moment.
+/// Writes the current state of a run; a format that follows runs gets a run of one state.
 fn write_moment(runner: &Runner, format: Format, mut output: Output) -> Result<(), FileError> {
     let skin = Skin::of(runner);
     match format {

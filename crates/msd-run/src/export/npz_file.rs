@@ -89,7 +89,7 @@ impl Follow for Npz {
     }
 }
 
-/// What stands before the numbers of an array: format 1.0 of NPY.
+/// Header before the numbers of an array: format 1.0 of NPY.
 fn npy_header(number: &str, shape: &[usize]) -> Vec<u8> {
     let sides: String = shape.iter().map(|side| format!("{side}, ")).collect();
     let words = format!("{{'descr': '{number}', 'fortran_order': False, 'shape': ({sides}), }}");
@@ -133,7 +133,7 @@ impl Zip<'_> {
         Ok(())
     }
 
-    /// Adds an array: what stands before its numbers, and its numbers.
+    /// Adds an array: its header and its numbers.
     fn add(&mut self, (name, header): (&str, &[u8]), bytes: &[u8]) -> io::Result<()> {
         let mut check = crc32fast::Hasher::new();
         check.update(header);
@@ -162,7 +162,7 @@ impl Zip<'_> {
         self.put(&[b"PK\x03\x04", &fields, name.as_bytes(), &sizes, &size, &size])
     }
 
-    /// Writes the list of what is in the file.
+    /// Writes the directory of the archive.
     fn finish(&mut self) -> io::Result<()> {
         let start = self.at;
         let entries = std::mem::take(&mut self.entries);

@@ -6,27 +6,27 @@ use crate::runner::Runner;
 use msd_core::{Body, Real, Simulation, Surface};
 use std::ops::Range;
 
-/// What is seen of a scene, part by part.
+/// The visible parts of a scene.
 #[derive(Debug)]
 pub struct Skin {
-    /// The bodies in the order of the scene, then what belongs to none.
+    /// The bodies in the order of the scene, then the particles and springs that belong to none.
     pub parts: Vec<Part>,
     /// The particles that are seen, in ascending order.
     pub particles: Vec<usize>,
 }
 
-/// A body, or what belongs to none.
+/// A body, or the particles and springs that belong to none.
 #[derive(Debug)]
 pub struct Part {
     /// Its name.
     pub name: String,
     /// The number of the body that it is.
     pub body: Option<usize>,
-    /// What is seen of it.
+    /// Its visible form.
     pub form: Form,
 }
 
-/// What is seen of a part; the numbers are of particles of the scene.
+/// Visible form of a part; the numbers are of particles of the scene.
 #[derive(Debug)]
 pub enum Form {
     /// Triangles.
@@ -38,8 +38,8 @@ pub enum Form {
 }
 
 impl Skin {
-    /// What is seen of a run as it is now: particles that were removed and springs that were cut
-    /// are not. A surface stays whole where springs under it are cut.
+    /// The visible parts of a run in its current state, without removed particles and cut springs.
+    /// A surface stays whole where springs under it are cut.
     pub fn of(runner: &Runner) -> Self {
         on!(runner, simulation => Skin::read(simulation))
     }
@@ -113,7 +113,7 @@ impl Form {
     }
 }
 
-/// The positions of all particles, metres; those of single precision as they are.
+/// The positions of all particles, metres; those of single precision convert exactly.
 pub fn positions(runner: &Runner) -> Vec<[f64; 3]> {
     use msd_core::Vector;
     on!(runner, simulation => {

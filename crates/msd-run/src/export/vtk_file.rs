@@ -10,7 +10,7 @@ use msd_scene::{FileError, Output, write_file};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// What stands for a cell of a surface where springs have a number.
+/// Value of a cell of a surface where springs have a number.
 const NO_SPRING: f64 = f64::NAN;
 /// Kinds of cells of VTK.
 const LINE: u8 = 3;

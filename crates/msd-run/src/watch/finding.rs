@@ -11,7 +11,7 @@ use msd_scene::{Precision, Rounding};
 use serde::Serialize;
 use std::fmt;
 
-/// What may go wrong in a run.
+/// Kinds of problems of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Kind {
@@ -35,7 +35,7 @@ pub enum Kind {
     Damped,
     /// Obstacles left particles no room, whose energy means nothing.
     Squeezed,
-    /// A solve of an implicit method left this part of what it had to cancel.
+    /// A solve of an implicit method left this relative residual.
     PoorSolves {
         /// The part that it may leave.
         tolerance: f64,
@@ -67,7 +67,7 @@ pub enum Kind {
 /// Something that went wrong in a run. It prints as one line: a sentence, then its advice.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// What it is.
+    /// Its kind, with its measures.
     #[serde(flatten)]
     pub kind: Kind,
     /// When it was first seen, simulated seconds.
@@ -79,7 +79,7 @@ pub struct Finding {
     /// The name of the body that it is about; empty where its kind has no number of one.
     #[serde(skip)]
     body: String,
-    /// How the run was stepped then.
+    /// The settings of the run at that time.
     #[serde(skip)]
     settings: Settings,
     /// Whether it stays once it was seen: else it is known while its rule finds it.
@@ -88,14 +88,14 @@ pub struct Finding {
 }
 
 impl Kind {
-    /// Whether it is what has happened to the bodies, whatever the settings are now.
+    /// Returns whether it has happened to the bodies, so that a change of settings keeps it.
     pub(super) fn outlives_changes(&self) -> bool {
         use Kind::{LostDigits, Pierced, PossibleCrossings, Squeezed, WentThrough};
         let is_past = matches!(self, WentThrough(_) | PossibleCrossings { .. } | Pierced(_));
         is_past || matches!(self, Squeezed | LostDigits { .. })
     }
 
-    /// Whether it is of what another one is of, only more or less of it.
+    /// Returns whether another one has the same cause, and differs only in its measures.
     fn is_same(&self, other: &Kind) -> bool {
         match self {
             Kind::WentThrough(_) => self == other,
@@ -105,8 +105,8 @@ impl Kind {
 }
 
 impl Finding {
-    /// A finding of this moment. One that stays is kept with the most of it that was ever seen, any
-    /// other is known only while its rule finds it.
+    /// A current finding. One that stays is kept with its worst value so far; any other is known
+    /// only while its rule finds it.
     fn now(runner: &Runner, kind: Kind, worst: f64, stays: bool) -> Self {
         let (time, settings) = (runner.time(), runner.settings());
         let body = match kind {
@@ -118,17 +118,18 @@ impl Finding {
         Finding { kind, since: time, worst, at: time, body, settings, stays }
     }
 
-    /// Whether it is of the same kind, only more or less of it.
+    /// Returns whether it is of the same kind, and differs only in its measures.
     pub fn is_same(&self, other: &Finding) -> bool {
         self.kind.is_same(&other.kind)
     }
 
-    /// Whether another finding explains the energy of this one.
+    /// Returns whether another finding explains the energy of this one.
     fn is_explained_by(&self, other: &Finding) -> bool {
         use Kind::{Damped, EnergyAdded, EnergyLost, EnergyRisen, Squeezed, TooSoft};
         match (&self.kind, &other.kind) {
             (EnergyAdded, TooSoft { .. }) | (TooSoft { .. }, EnergyAdded) => {
-                // Of one gain, which was first less and then more than what the springs store.
+                // Both are of one gain, which was first less and then more than the energy that the
+                // springs store.
                 let is_one = matches!(self.kind, EnergyAdded) && self.worst == other.worst;
                 self.worst < other.worst || is_one
             }
@@ -140,12 +141,12 @@ impl Finding {
         }
     }
 
-    /// Whether it stays once it was seen.
+    /// Returns whether it stays once it was seen.
     pub(super) fn stays(&self) -> bool {
         self.stays || self.kind.outlives_changes()
     }
 
-    /// What is wrong, in words.
+    /// The problem, in words.
     pub fn sentence(&self) -> String {
         let &Finding { ref kind, ref body, since, worst, settings, .. } = self;
         let Settings { integrator, substeps, .. } = settings;
@@ -225,7 +226,7 @@ impl Finding {
         )
     }
 
-    /// What to do about it.
+    /// Advice against it.
     pub fn advice(&self) -> String {
         let Settings { integrator, substeps, .. } = self.settings;
         let finer =
@@ -274,7 +275,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// The rules: what is wrong now, by what was read of a run.
+/// The rules: the current problems, from readings of a run.
 pub(super) fn rules(read: &Readings, runner: &Runner) -> Vec<Finding> {
     let now = |kind, worst, stays| Finding::now(runner, kind, worst, stays);
     let single =
@@ -300,8 +301,8 @@ fn limit(read: &Readings, runner: &Runner) -> Found {
     (stable < substep).then_some((Kind::StabilityLimit { automatic }, substep / stable, true))
 }
 
-/// XPBD's constraints yield more than springs of their stiffness. What these would store then is
-/// more than the motion has given them, and looks like a gain.
+/// XPBD's constraints yield more than springs of their stiffness. Springs as long would store more
+/// energy than the motion has given them, which looks like a gain.
 fn gained(read: &Readings, runner: &Runner) -> Found {
     let Settings { integrator, step, .. } = runner.settings();
     let (gain, rise) = (read.witness.gain(), read.witness.rise());
@@ -350,8 +351,8 @@ fn crossed(read: &Readings) -> Found {
     Some((Kind::CrossingTriangles, pairs as f64, true))
 }
 
-/// A hard edge of an impact leaves a few corners inside out in thousands, which changes no shape.
-/// What a grab pulls out of shape may come back.
+/// A hard edge of an impact leaves a few corners inside out in thousands, which changes no shape. A
+/// body that a grab pulls out of shape may return to it.
 fn inside_out(read: &Readings, runner: &Runner) -> Found {
     if on!(runner, simulation => !simulation.model().grabs().is_empty()) {
         return None;
@@ -367,7 +368,7 @@ fn lost_digits(read: &Readings, runner: &Runner) -> Found {
     (runner.precision() == Precision::F32).then_some((kind, energy, false))
 }
 
-/// Adds what is wrong now to what was found before.
+/// Adds current findings to those that were found before.
 pub(super) fn merge(found: &mut Vec<Finding>, now: Vec<Finding>) {
     found.retain(|old| old.stays || now.iter().any(|new| new.kind.is_same(&old.kind)));
     for new in now {
@@ -375,14 +376,14 @@ pub(super) fn merge(found: &mut Vec<Finding>, now: Vec<Finding>) {
             found.push(new);
             continue;
         };
-        // One that stays is the most of what stays, any other is as it is now.
+        // Of findings that stay the worst one is kept; any other is replaced by the current one.
         if !old.stays || new.stays && old.worst < new.worst {
             *old = Finding { since: old.since, ..new };
         }
     }
 }
 
-/// What was found up to a time of the run, without what other findings explain.
+/// The findings up to a time of the run, without those that other findings explain.
 pub(super) fn known(found: &[Finding], time: f64) -> Vec<Finding> {
     let until = || found.iter().filter(|finding| finding.since <= time);
     let stands = |finding: &&Finding| !until().any(|other| finding.is_explained_by(other));

@@ -1,4 +1,4 @@
-//! The watch over a run: what goes wrong in it, since when, how much, and what to do about it.
+//! The watch over a run: its problems, since when and how bad they are, and advice.
 //!
 //! A [`Watch`] reads a run at whatever pace its owner can afford: [`Watch::follow`] after each step
 //! of a run that somebody waits for, and its single readings now and then in a window. After each
@@ -24,7 +24,7 @@ const SHARE: f64 = 0.02;
 /// The largest share of the work of a run that counts of crossings may take.
 const COUNTS: f64 = 0.05;
 
-/// Follows a run and knows what went wrong in it.
+/// Follows a run and knows its problems.
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
     read: Readings,
@@ -33,16 +33,16 @@ pub struct Watch {
     cells: Cells,
     /// The springs of the bodies that the cells belong to.
     springs: usize,
-    /// Steps of the run at the last one that was noted.
+    /// Number of steps of the run when the last one was noted.
     steps: u64,
-    /// Whether work was done that is in no account, as by user input.
+    /// Whether work was done that no account holds, as by user input.
     is_handled: bool,
     estimator: Estimator,
     /// After how many steps the limit is predicted again, and crossings are counted again.
     every: [u64; 2],
 }
 
-/// What was read of a run, for the rules.
+/// Readings of a run, for the rules.
 #[derive(Clone, Debug, Default)]
 pub struct Readings {
     /// The drift detector of the energy.
@@ -57,9 +57,9 @@ pub struct Readings {
     pub least: Option<f64>,
     /// The longest substep that resolves the stiffness of a scene for XPBD, seconds, if known.
     resolving: Option<f64>,
-    /// How far the solves of an implicit method got.
+    /// Convergence of the solves of an implicit method.
     pub solved: Option<Solved>,
-    /// How often shells may have crossed before the watch began.
+    /// Number of possible tunnellings of shells before the watch began.
     passes: u64,
     /// Pairs of triangles that crossed at the last count.
     pub crossings: Option<u64>,
@@ -67,7 +67,7 @@ pub struct Readings {
     pub pierced: Option<Pierced>,
     /// The body of which most corners of cells were flat or inside out at the last count.
     pub overturned: Option<Overturned>,
-    /// What single precision loses, where it shows.
+    /// Loss of single precision, where it shows.
     rounding: Option<Rounding>,
 }
 
@@ -93,8 +93,8 @@ impl Watch {
         watch
     }
 
-    /// Forgets what depends on state, material and settings, as these were changed other than by a
-    /// step. What has happened to the bodies is kept.
+    /// Forgets all that depends on state, material and settings, as these were changed other than
+    /// by a step. Findings of past events are kept.
     pub fn change(&mut self, runner: &Runner) {
         let Readings { passes, rounding, .. } = self.read;
         self.read = Readings { passes, rounding, ..Readings::default() };
@@ -104,7 +104,7 @@ impl Watch {
         }
     }
 
-    /// Notes a step of the run: how far its solves got, and what contact went through.
+    /// Notes a step of the run: the convergence of its solves, and the tunnelling in its contacts.
     pub fn step(&mut self, runner: &Runner) {
         self.note_step(runner);
         self.judge(runner);
@@ -141,7 +141,7 @@ impl Watch {
             self.predict(runner);
         }
         if runner.integrator() == Integrator::Xpbd && self.read.resolving.is_none() {
-            // XPBD has no limit of its own.
+            // XPBD has no stability limit.
             let verlet = Integrator::VelocityVerlet;
             let stable = on!(runner, simulation => simulation.stable_substep_of(verlet, 1));
             self.read.resolving = Some(stable);
@@ -158,7 +158,7 @@ impl Watch {
         self.judge(runner);
     }
 
-    /// Reads the energy, once after each step, and what the method has added to it.
+    /// Reads the energy, once after each step, and the energy that the method has added to it.
     pub fn read_energy(&mut self, runner: &Runner) -> Energy {
         // Gusts do work that is in no account.
         if runner.gust().is_some() {
@@ -185,22 +185,22 @@ impl Watch {
         self.judge(runner);
     }
 
-    /// What went wrong up to the present time of the run, in the order in which it was seen.
+    /// The findings up to the current time of the run, in the order in which they were seen.
     pub fn findings(&self, runner: &Runner) -> Vec<Finding> {
         finding::known(&self.found, runner.time())
     }
 
-    /// How many findings there are that stay.
+    /// Number of findings that stay.
     pub fn found(&self) -> usize {
         self.found.iter().filter(|finding| finding.stays()).count()
     }
 
-    /// What was read since the run was changed.
+    /// The readings since the run was changed.
     pub fn read(&self) -> &Readings {
         &self.read
     }
 
-    /// Whether work was done that is in no account, as by user input.
+    /// Returns whether work was done that no account holds, as by user input.
     pub fn is_handled(&self) -> bool {
         self.is_handled
     }
@@ -210,7 +210,7 @@ impl Watch {
         self.read.crossings = runner.touched().map(|touched| touched.crossings);
     }
 
-    /// Predicts the limit; what is known to be over it is not asked again.
+    /// Predicts the limit, unless the step is already known to be over it.
     fn predict(&mut self, runner: &Runner) {
         let is_explicit = Integrator::EXPLICIT.contains(&runner.integrator());
         let is_over = self.read.limit.is_some_and(|[stable, substep]| stable < substep);

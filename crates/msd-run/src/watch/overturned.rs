@@ -1,7 +1,7 @@
 //! Cells of solids that are flat or inside out.
 //!
-//! Springs are as long in a mirrored cell as in one at rest, so a lattice that was squeezed flat or
-//! folded may come to rest inside out.
+//! Springs are as long in a mirrored cell as in one at rest. A lattice that was squeezed flat or
+//! folded may therefore come to rest inside out.
 
 use crate::{Runner, on};
 use msd_core::Vector;
@@ -9,8 +9,7 @@ use msd_core::glam::DVec3;
 use serde::Serialize;
 use std::ops::Range;
 
-/// How far the edges of a corner may be from right angles: the least volume of a corner by the
-/// product of its edges.
+/// Least volume of a corner relative to the product of its edges, for edges at nearly right angles.
 const SQUARE: f64 = 0.9;
 /// The longest edge of a cell at a particle, in the shortest springs there: diagonals are longer.
 const EDGE: f64 = 1.2;

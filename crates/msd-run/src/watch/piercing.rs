@@ -7,8 +7,8 @@ use msd_core::{Lead, Model, Real, Shape, Solid, Vector};
 use serde::Serialize;
 use std::collections::BTreeSet;
 
-/// How deep in a solid a triangle is pierced, in thicknesses: half of one is the middle. Less deep
-/// are triangles that cut an edge of a solid off.
+/// Least depth of a piercing in a solid, in thicknesses: half of one is the middle. Triangles that
+/// cut an edge of a solid off are less deep.
 const DEEP: f64 = 0.375;
 /// The longest way from one place of a triangle that is looked at to the next, in thicknesses.
 const STRIDE: f64 = 0.1;
@@ -16,7 +16,7 @@ const STRIDE: f64 = 0.1;
 const MOST_PLACES: f64 = 256.0;
 /// The most steps between two looks.
 const MOST_STEPS: u64 = 8;
-/// How often a triangle is divided in four.
+/// Number of times that a triangle is divided in four.
 const DIVISIONS: u32 = 4;
 
 /// The first triangle seen to be pierced.
@@ -33,7 +33,7 @@ pub struct Pierced {
 /// Watches a run for solids that go through the surfaces of bodies.
 #[derive(Clone, Debug, Default)]
 pub struct Piercing {
-    /// Where the particles were at the last look, metres, with its time, seconds, and its step.
+    /// Positions of the particles at the last look, metres, with its time, seconds, and its step.
     before: Vec<DVec3>,
     since: (f64, u64),
     first: Option<Pierced>,
@@ -41,7 +41,7 @@ pub struct Piercing {
 
 impl Piercing {
     /// Looks at a run, best after each step: between two looks particles move in straight lines.
-    /// One that went back is looked at anew.
+    /// After a run went back, the watch starts anew.
     pub fn look(&mut self, runner: &Runner) {
         let (time, steps) = (runner.time(), runner.steps());
         if steps < self.since.1 {
@@ -64,7 +64,7 @@ impl Piercing {
         });
     }
 
-    /// What was pierced first; `None` if nothing was.
+    /// The first piercing; `None` if nothing was pierced.
     pub fn first(&self) -> Option<Pierced> {
         self.first
     }
@@ -112,12 +112,12 @@ fn anchors<R: Real>(model: &Model<R>, solid: usize) -> BTreeSet<usize> {
     held.filter(|(_, place)| shape.gap(*place) < 0.0).map(|&(particle, _)| particle).collect()
 }
 
-/// Whether a solid can go through a surface: a half space is everywhere.
+/// Returns whether a solid can go through a surface: a half space is everywhere.
 fn is_pointed(solid: &Solid) -> bool {
     solid.shape != Shape::HalfSpace
 }
 
-/// From one side to the other, metres. A mesh may have ears: in what is four cells thick its gaps
+/// From one side to the other, metres. A mesh may have ears: the gaps of a shape four cells thick
 /// are known well enough.
 fn thickness(shape: &Shape) -> f64 {
     let cells = if matches!(shape, Shape::Mesh(_)) { 4.0 } else { 1.0 };

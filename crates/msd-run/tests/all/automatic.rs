@@ -1,4 +1,4 @@
-//! Automatic substeps: what is chosen, when it is renewed, and that a run keeps its bits.
+//! Automatic substeps: their choice, their renewal, and that a run keeps its bits.
 
 use msd_core::glam::DVec3;
 use msd_core::stability::Estimator;
@@ -130,7 +130,7 @@ fn a_step_in_which_energy_appears_is_taken_again_with_more_substeps() {
     let (few, before) = (substeps(&run), whole(&run));
     step(&mut run, 119);
     assert!(few < substeps(&run), "{few} substeps as before");
-    // A step may add a tenth of what moves.
+    // A step may add a tenth of the kinetic energy.
     let off = whole(&run) - before;
     assert!(off.abs() < 0.5 * before, "{off} of {before} J");
     // At as few it blew up.
@@ -141,8 +141,8 @@ fn a_step_in_which_energy_appears_is_taken_again_with_more_substeps() {
 
 #[test]
 fn what_contact_takes_within_a_step_hides_no_energy_that_appears_in_it() {
-    // The springs of a block that is pressed together gained up to ten times its energy, while it
-    // slowed down and the floor took most of that.
+    // The springs of a block that is pressed together gained up to ten times its energy. It slowed
+    // down meanwhile and the floor took most of that.
     for (young, poisson) in [(9e4, 0.05), (4e5, 0.0), (4e5, 0.15), (4e5, 0.4)] {
         let text = format!(
             "version = 1\n[[world.planes]]\nfriction = 0.3\n[[bodies]]\nkind = 'block'\n\
@@ -161,7 +161,7 @@ fn what_contact_takes_within_a_step_hides_no_energy_that_appears_in_it() {
 #[test]
 fn a_step_that_ends_in_an_energy_without_bound_is_not_taken() {
     // Cells that resist a change of volume fly apart within two substeps that are too long. The
-    // floor then books as given what single precision cannot hold, which hid what had appeared.
+    // floor then books as given the energy that single precision cannot hold, which hid the gain.
     for (size, speed, axis, angle, substep) in [
         ([3, 5, 3], 3.8895, [0.04, -1.36, 0.03], 70.0, 1.0 / 480.0),
         ([3, 4, 4], 2.897, [0.04, 1.19, 0.71], 64.0, 1.0 / 360.0),
@@ -301,7 +301,7 @@ fn fixed_substeps_stay_and_settings_choose_anew() {
     assert_eq!(run.convert(Precision::F64).map(|run| run.is_automatic()), Ok(false));
 }
 
-/// A run that does what it can in pieces, a few of them a frame; steps begin when none is left.
+/// A run that chooses substeps in pieces, a few of them a frame; steps begin when none is left.
 struct Lazy {
     run: Runner,
     estimator: Estimator,
@@ -343,7 +343,7 @@ fn what_is_chosen_in_pieces_is_what_is_chosen_at_once() {
                 }
                 .expect("it is accepted");
             }
-            // One that is begun is begun anew after a change.
+            // A choice that is begun is begun anew after a change.
             if at == 8 || at == 19 {
                 lazy.run.set_automatic(true).expect("later");
                 eager.set_automatic(true).expect("at once");
@@ -426,7 +426,7 @@ fn a_step_that_was_divided_is_resumed_returned_to_and_replayed_to_the_bit() {
         resumed = there_and_back(&resumed);
         step(&mut resumed, 12 - at);
         assert_eq!(now(&resumed), end, "saved after {at} steps");
-        // With the substeps of each step, and none of its own: as in a replay.
+        // With the substeps of each step, and without a choice: as in a replay.
         let mut replayed = runner(&Loaded { automatic: false, ..shot("velocity-verlet") });
         for then in &seen[1..] {
             let settings = Settings { substeps: then.1, ..replayed.settings() };
@@ -452,7 +452,7 @@ fn what_passes_raised_is_lowered_by_a_renewal() {
         });
         let most = substeps(&run);
         assert!(raised, "{method}: {most} substeps");
-        // Of what is crumpled now more may be needed than at first.
+        // A crumpled body may need more than at first.
         let lowered = (0..every(&run)).any(|_| {
             step(&mut run, 1);
             substeps(&run) < most

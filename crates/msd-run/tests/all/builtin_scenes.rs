@@ -1,4 +1,4 @@
-//! The built-in scenes show what they promise.
+//! The built-in scenes show what their titles promise.
 
 use msd_core::glam::DVec3;
 use msd_core::{Simulation, Vector, Witness};
@@ -177,8 +177,8 @@ fn the_chain_settles_around_its_unmoved_centre_of_mass() {
     let start = centre(&runner);
     assert!((start.x - 11.4 / 5.0).abs() < 1e-6);
     run(&mut runner, 25.0);
-    // Springs pull both ends alike: what is left is the rounding of 25 s x 60 x 4 substeps, each at
-    // most half a unit in the last place of about 4 m, added up as a walk by chance would.
+    // Springs pull both ends alike: only the rounding of 25 s x 60 x 4 substeps is left. Each adds
+    // at most half a unit in the last place of about 4 m, as in a random walk.
     assert!((centre(&runner) - start).length() < 0.5 * 4.8e-7 * f64::sqrt(6000.0) * 5.0);
     // The slowest mode dies out as exp(−b/m (1 − cos(π/5)) t) = exp(−0.191 · 25) = 0.0085.
     for (row, position) in positions(&runner).iter().enumerate() {
@@ -211,7 +211,7 @@ fn area(positions: &[DVec3]) -> f64 {
 #[test]
 fn the_square_with_diagonals_keeps_its_shape_and_the_one_without_collapses() {
     // The square comes to rest under its weight; Dormand-Prince with a tolerance of 1e-8 ends with
-    // an area of 7.684 m². What is left of its bounces after 10 s is less than a hundredth of that.
+    // an area of 7.684 m². Its bounces after 10 s change the area by less than a hundredth of that.
     for (name, least, most) in [("square", 7.61, 7.76), ("square4", 0.0, 0.25 * 9.0)] {
         let mut runner = runner(name);
         assert!((area(&positions(&runner)) - 9.0).abs() < 1e-4);
@@ -350,6 +350,6 @@ fn the_jelly_comes_to_rest_and_its_dampers_book_what_it_loses() {
     assert!(after.kinetic < 1e-5 * all, "{} J of {all} J", after.kinetic);
     let lost = after.dissipated - before.dissipated;
     let error = after.total() - before.total();
-    // A hundredth of what was lost: 0.07 J of 13 J is the error of 4800 substeps in f32.
+    // A hundredth of the loss: 0.07 J of 13 J is the error of 4800 substeps in f32.
     assert!(error.abs() < 0.01 * lost, "{error} J of {lost} J");
 }

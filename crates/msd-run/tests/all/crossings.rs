@@ -43,8 +43,8 @@ fn sheets_side_by_side_do_not_cross() {
 fn a_sheet_through_another_crosses_it() {
     let across = cloth([4, 4], DVec3::new(0.013, 0.021, 0.007), true);
     let found = count([cloth([8, 8], DVec3::ZERO, false), across]);
-    // The line on which they cross is 0.3 m long: between the 3 and the 7 squares that it passes of
-    // either sheet it meets a new pair of triangles at each of about 3 + 3 + 2 edges.
+    // The line on which they cross is 0.3 m long and passes 3 and 7 squares of the two sheets.
+    // Between them it meets a new pair of triangles at each of about 3 + 3 + 2 edges.
     assert!((8..=16).contains(&found), "{found}");
 }
 

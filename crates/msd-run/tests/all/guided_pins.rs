@@ -29,8 +29,9 @@ fn automatic_substeps_are_chosen_anew_where_a_pin_ends() {
         runner.step().expect("a step");
         chosen.push(runner.settings().substeps);
     }
-    // w² is k/m of one that is held and 2 k/m of both when free: at the limit of 2/w, of which 0.9
-    // is taken, a sixtieth of a second has 9.26 and 13.1 substeps. The pin ends after six steps.
+    // w² is k/m where one particle is held and 2 k/m where both are free: at the limit of 2/w, of
+    // which 0.9 is taken, a sixtieth of a second has 9.26 and 13.1 substeps. The pin ends after six
+    // steps.
     assert_eq!(chosen, [[10; 6], [14; 6]].concat());
 }
 

@@ -1,4 +1,4 @@
-//! Solids that go through a surface are told, those that only push it are not.
+//! The watch reports solids that go through a surface, but not those that only push it.
 
 use msd_core::{Body, Vector};
 use msd_run::{Pierced, Piercing, Runner, on};
@@ -48,8 +48,8 @@ fn ball(speed: f64, substeps: u32) -> Loaded {
     ))
 }
 
-/// What is told after some seconds, and how many particles are then in front of the ball, no
-/// further from its way than its radius.
+/// The report after some seconds, and the number of particles in front of the ball, no further from
+/// its way than its radius.
 fn fly(speed: f64, substeps: u32, seconds: f64) -> (Option<Pierced>, usize) {
     let mut runner = Runner::open(&ball(speed, substeps)).expect("it runs");
     let mut piercing = Piercing::default();
@@ -93,8 +93,8 @@ fn a_ball_that_pushes_a_cloth_is_not() {
     assert!(5 <= pushed, "{pushed} in front of it");
 }
 
-/// By as many as the limit of stability asks for it moves by a quarter of its radius in a substep,
-/// parts the cloth and does less than two thirds of the work.
+/// With as many substeps as the limit of stability asks for, it moves by a quarter of its radius in
+/// each. It parts the cloth and does less than two thirds of the work.
 #[test]
 fn automatic_substeps_are_enough_for_a_fast_ball() {
     let driven = |is_automatic: bool| {
@@ -110,7 +110,7 @@ fn automatic_substeps_are_enough_for_a_fast_ball() {
     assert!((chosen - fine).abs() < 0.02 * fine, "{chosen} of {fine}, {substeps}");
 }
 
-/// By its own limit a plate of 2 cm moves by 3 cm in a substep, and its points on springs throw the
+/// In a substep of its own limit a plate of 2 cm moves by 3 cm. Its points on springs throw the
 /// cube to pieces.
 #[test]
 fn automatic_substeps_are_enough_for_a_fast_plate() {

@@ -13,7 +13,7 @@ use msd_scene::{FileError, Loaded, Precision, open, state_hash};
 use std::path::PathBuf;
 use tempfile::TempDir;
 
-/// A run that is recorded as it is stepped.
+/// A run that is recorded while it is stepped.
 struct Tape {
     runner: Runner,
     recorder: Recorder,
@@ -148,7 +148,7 @@ fn a_recording_cut_short_anywhere_is_salvaged_up_to_its_last_whole_event() {
         assert!(cut.is_cut_short && cut.hash().is_none());
         assert!(cut.events[..] == whole.events[..cut.events.len()]);
         steps.push(cut.steps());
-        // Between two events nothing is damaged; within one that must be said.
+        // A cut between two events damages nothing; one within an event must be reported.
         let read = read_recording(&bytes[..end], "r");
         assert!(if cut.lost_bytes == 0 { read == Ok(cut) } else { read.is_err() });
     }
@@ -213,7 +213,7 @@ fn a_twin_with_the_same_solver_stays_at_no_distance() {
     let mut twin = Twin::new(&recording, same).expect("a start");
     let mut rows = 0;
     while let Some(apart) = twin.advance().expect("a step") {
-        // The hand is told as weak as it was: its stiffness is a few roundings off.
+        // The recording holds the weakened hand: its stiffness is a few roundings off.
         assert!(apart.max <= 1e-9 * twin.size(), "{apart:?}");
         rows += 1;
     }
@@ -223,8 +223,8 @@ fn a_twin_with_the_same_solver_stays_at_no_distance() {
 
 #[test]
 fn a_twin_of_the_first_order_drifts_in_proportion_to_its_step() {
-    // A chain swings freely: the error of symplectic Euler is of first order, so its distance from
-    // a run with a 100th of the step is halved with the step.
+    // A chain swings freely: the error of symplectic Euler is of first order. Its distance from a
+    // run with a 100th of the step is therefore halved with the step.
     let mut loaded = open("chain").expect("a built-in scene");
     loaded.precision = Precision::F64;
     (loaded.settings.integrator, loaded.settings.substeps) = (Integrator::SymplecticEuler, 3200);
@@ -268,7 +268,7 @@ fn a_twin_tells_when_the_distance_becomes_noticeable() {
 #[test]
 fn a_grab_is_as_strong_in_a_twin_with_shorter_steps() {
     let mut tape = Tape::of(&open("square").expect("a built-in scene"));
-    // Far beyond what the substep can follow: capped.
+    // Far stiffer than the substep can follow: capped.
     tape.act(grab([1.0, 3.0, 0.0], 1e4));
     tape.step(1);
     let (recording, runner) = tape.end();

@@ -1,4 +1,4 @@
-//! Ways out of a run that blew up: what is offered lasts, and debris is left behind.
+//! Recovery options after divergence: each offer lasts, and debris is left behind.
 
 use msd_core::glam::DVec3;
 use msd_core::{Integrator, Material, Scene, Settings, World, shape};
@@ -17,7 +17,7 @@ fn rope(integrator: Integrator, substeps: u32) -> Runner {
     Runner::new(&scene, settings, Precision::F64).expect("a valid scene")
 }
 
-/// What is offered for a run from its start, by a stopwatch.
+/// The offers for a run from its start, by a stopwatch.
 fn offers(run: &Runner, most: u32, stopwatch: &impl Fn() -> f64) -> Vec<Offer> {
     let stable = run.stable_substep();
     let mut rescue = Rescue::new(run.settings(), stable, (&[Origin::Start], most), 2.0);
@@ -108,7 +108,8 @@ fn a_search_without_time_offers_what_is_predicted() {
 #[test]
 fn a_step_that_would_take_too_long_is_not_tried() {
     // 11 rows at 1e15 N/m need some 5e7 substeps per step, 6e8 evaluations of rows: it would take
-    // minutes before the clock is read again. What the limit promises is said, untried.
+    // minutes before the clock is read again. The options that the limit promises are offered
+    // untried.
     let material = Material { mass: 1.0, stiffness: 1e18, damping: 0.0 };
     let mut scene = Scene::of("rope", shape::rope(6, 1.0, material).expect("small"));
     scene.particles.iter_mut().for_each(|particle| particle.position *= 1.1);
@@ -154,7 +155,7 @@ fn debris_is_left_behind_and_a_sound_run_is_not() {
         if let Some(moment) = history.nth_back(back) {
             run.go_back(moment).expect("a state of this run");
         }
-        // Half as long again and half a mean length more than 1.1 m is no spring.
+        // A distance half as long again and half a mean length more than 1.1 m is not a spring.
         on!(&run, simulation => (0..5).for_each(|spring| {
             assert!(simulation.length(spring) <= 2.2 + 1e-9, "{}", simulation.length(spring));
         }));

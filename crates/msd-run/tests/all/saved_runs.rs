@@ -121,7 +121,7 @@ fn a_run_whose_precision_and_step_were_changed_goes_on_to_the_bit() {
     let mut runner = runner.convert(Precision::F64).expect("another precision");
     step(&mut runner, 3);
     let runner = runner.convert(Precision::F32).expect("another precision");
-    // Steps of two lengths: the time is no multiple of either.
+    // Steps of two lengths: the time is not a multiple of either.
     let time = 17.0 / 60.0 + 6.0 * 0.01;
     assert!((runner.time() - time).abs() < 1e-12);
     goes_on_as_if_never_stopped(runner);
@@ -272,7 +272,7 @@ fn bytes_that_fit_their_checksum_and_make_no_sense_never_panic() {
             refused += 1;
             continue;
         };
-        // A number of substeps may have become one that takes hours.
+        // A changed number of substeps may take hours.
         if runner.settings().substeps < 100 && !runner.integrator().is_adaptive() {
             ran += usize::from(runner.step().is_ok());
         }
@@ -282,7 +282,7 @@ fn bytes_that_fit_their_checksum_and_make_no_sense_never_panic() {
 
 #[test]
 fn springs_are_alike_after_a_cut_as_after_a_file() {
-    // Of three stiffnesses the only other one is cut: what is left is one value for all.
+    // Of three stiffnesses the only other one is cut: one value is left for all.
     let mut runner = Runner::open(&open("square4").expect("a built-in scene")).expect("a run");
     act(&mut runner, Interaction::SetStiffness { springs: Select::One(2), value: 77.0 });
     act(&mut runner, Interaction::SetDamping { springs: Select::All, value: 0.0 });

@@ -1,4 +1,4 @@
-//! The built-in scenes of things that touch show what their titles say.
+//! The built-in scenes of bodies that touch show what their titles say.
 
 use msd_core::glam::DVec3;
 use msd_core::{Vector, Witness};
@@ -129,8 +129,8 @@ fn the_curtain_closes_behind_the_ball() {
     assert!(gap(&runner) < 0.15, "{} m stay open", gap(&runner));
 }
 
-/// Five cubes of 4 cm, each 4 mm or less lower than its own size and both thicknesses by what it
-/// bears: 200 kPa under 4 cubes of 0.4 kPa each.
+/// Five cubes of 4 cm, each lower by at most 4 mm than its own size and both thicknesses by the
+/// load that it bears: 200 kPa under 4 cubes of 0.4 kPa each.
 #[test]
 fn five_cubes_stand_on_each_other() {
     let mut runner = own("stack");

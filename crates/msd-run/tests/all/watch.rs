@@ -93,7 +93,7 @@ fn bounced(integrator: &str, restitution: f64) -> String {
 
 #[test]
 fn a_rise_that_is_lost_again_is_reported_of_methods_without_a_swing() {
-    // RK4 gains a tenth of what moves in an impact, and damps it within 5 or 11 steps.
+    // RK4 gains a tenth of the kinetic energy in an impact, and damps it within 5 or 11 steps.
     for restitution in [0.8, 1.0] {
         let (mut runner, mut watch) = watched(&bounced("rk4", restitution));
         let mut above = 0;
@@ -169,7 +169,7 @@ const HUB: &str = include_str!("../scenes/hub.toml");
 
 #[test]
 fn what_xpbd_holds_too_softly_is_not_an_energy_that_it_adds() {
-    // Its springs swing: what they store at a moment may be less than what they gained before.
+    // Its springs swing: their stored energy at a moment may be less than their earlier gain.
     let (mut runner, mut watch) = watched(HUB);
     follow(&mut runner, &mut watch, 60);
     let found = watch.findings(&runner);

@@ -41,7 +41,7 @@ fn a_ball_that_is_pressed_through_a_bed_is_named_with_the_time() {
     }
 }
 
-/// A step that is taken again keeps what was seen of the step before. So does a run that returns.
+/// A step that is taken again keeps the findings of the step before. So does a run that returns.
 #[test]
 fn automatic_substeps_and_a_run_that_returns_name_it_too() {
     let loaded = Loaded { automatic: true, ..pressed() };
