@@ -1,12 +1,12 @@
-//! The cost of accuracy: a scene stepped in many ways, each compared with what is right.
+//! The cost of accuracy: a scene stepped in many ways, each compared with a reference.
 //!
 //! Work that takes long reports to a [`Monitor`](monitor::Monitor), which may cancel it.
 //!
 //! Read in this order: a [`Choice`](choice::Choice) of method, fineness and precision; the
 //! [`Reference`](reference::Reference) it is compared with; the [`Trial`](trial::Trial), which is
 //! its cost and its [`Errors`](errors::Errors). A [`Study`] is many trials, made by
-//! [`conduct`](conduct::study); [`tune`](tune::tune) searches for one choice, [`sweep`] runs a
-//! scene over a grid of its keys, [`live_error`] estimates the error of a run while it goes on.
+//! [`conduct`](conduct::study); [`tune`](tune::tune) searches for one choice, and [`sweep`] runs a
+//! scene over a grid of its keys. [`live_error`] estimates the error of a run while it goes on.
 //! [`quantity`] prints errors and costs in sentences.
 //!
 //! ```

@@ -44,7 +44,7 @@ impl LiveError {
 pub struct Estimator {
     window: u32,
     every: u32,
-    /// Steps since the start of the present round.
+    /// Steps since the start of the current round.
     step: u32,
     copy: Option<Runner>,
     touched: bool,
@@ -76,7 +76,7 @@ impl Estimator {
             self.copy = finer(runner).ok();
             self.touched = false;
         } else if let Some(copy) = &mut self.copy {
-            // What the run was told it was found to fit.
+            // These interactions were found to fit when they were queued.
             let queued = msd_run::on!(runner, simulation => simulation.queued());
             let told = queued.iter().try_for_each(|&interaction| copy.queue(interaction));
             if told.is_err() {
@@ -153,16 +153,16 @@ pub struct Calibration {
     pub estimated: f64,
     /// The true error against a reference from the same state, metres.
     pub true_error: f64,
-    /// What rounding alone makes, metres: see [`LiveError::rounding`].
+    /// Error of rounding alone, metres: see [`LiveError::rounding`].
     pub rounding: f64,
 }
 
 /// Compares estimates with the truth for windows of `frames` frames that start at the given times,
-/// with the settings of the scene. Windows of a scene whose steps are no whole part of a frame are
-/// left out.
+/// with the settings of the scene. Windows of a scene whose steps are not a whole part of a frame
+/// are left out.
 ///
 /// # Errors
-/// What the core refuses of the scene, and runs that diverge.
+/// A scene that the core refuses, and runs that diverge.
 pub fn calibrate(loaded: &Loaded, starts: &[f64], frames: u32) -> Result<Vec<Calibration>, Halt> {
     let mut runner = Runner::open(loaded)?;
     let mut found = Vec::new();
@@ -194,7 +194,7 @@ pub fn calibrate(loaded: &Loaded, starts: &[f64], frames: u32) -> Result<Vec<Cal
     Ok(found)
 }
 
-/// The scene as it is after a while.
+/// The scene in its state after a while.
 fn scene_at(scene: &Scene, runner: &Runner) -> Scene {
     let now: State<f64> = match runner.state() {
         AnyState::F32(state) => state.convert(),

@@ -8,10 +8,10 @@ use web_time::{Duration, Instant};
 /// A monitor that waits for longer than this pauses the work: a deadline is later by that.
 const PAUSE: Duration = Duration::from_secs(1);
 
-/// How far work has come.
+/// Progress of some work.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// What is being done.
+    /// The current work.
     pub now: String,
     /// Trials, or cells of a sweep, that are done.
     pub done: usize,
@@ -23,12 +23,12 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Of what has no parts.
+    /// The progress of work without parts.
     pub(crate) fn of(now: impl Into<String>) -> Self {
         Progress { now: now.into(), ..Progress::default() }
     }
 
-    /// How many methods are done, as far as that is known, and what is being done, in words.
+    /// The number of methods that are done, if it is known, and the current work, in words.
     pub fn words(&self) -> String {
         match self.parts {
             Some([done, all]) => {

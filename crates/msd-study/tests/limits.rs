@@ -91,7 +91,7 @@ fn blows_up_where_predicted(name: &str, scene: &Scene) {
         if !Integrator::EXPLICIT.contains(&limit.integrator) {
             continue;
         }
-        // What explicit Euler needs to grow is longer than these runs.
+        // Explicit Euler needs longer to grow than these runs last.
         let Some(observed) = observed else {
             assert_eq!(limit.integrator.name(), "explicit-euler", "{name}: {limit:?}");
             continue;

@@ -1,10 +1,10 @@
-//! The stiffness and damping that a method delivers: a weight is hung up, a string is plucked.
+//! The effective stiffness and damping of a method: a weight is hung up, a string is plucked.
 //!
-//! The probe is a chain of the scene's own material, pinned at its top, on which everything is
-//! known in closed form: it hangs by Σ m g / k, and its slowest mode has the frequency
-//! w = 2 √(k/m) sin(π / (4 n + 2)) and the damping ratio ζ = b w / (2 k). Along a line springs are
-//! linear, so neither answer depends on how heavy the weight is or how hard the pluck. The runs are
-//! in double precision: rounding is not the question here.
+//! The probe is a chain of the scene's own material, pinned at its top. Everything on it is known
+//! in closed form: it hangs by Σ m g / k, and its lowest mode has the frequency w = 2 √(k/m) sin(π
+//! / (4 n + 2)) and the damping ratio ζ = b w / (2 k). Along a line springs are linear, so neither
+//! answer depends on how heavy the weight is or how hard the pluck. The runs are in double
+//! precision: rounding is not the question here.
 
 use crate::candidates::choice::{Choice, FRAME};
 use msd_core::glam::DVec3;
@@ -13,7 +13,7 @@ use msd_core::{
 };
 use serde::{Deserialize, Serialize};
 
-/// What a spring does under a choice, against what it should.
+/// Behaviour of a spring under a choice, relative to the exact one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Audit {
     /// The choice.
@@ -21,7 +21,7 @@ pub struct Audit {
     /// Measured stiffness over that of the springs.
     pub stiffness: f64,
     /// Measured damping ratio over the exact one. Where the exact one is below [`LEAST_DAMPING`],
-    /// what is added counts in units of that instead, so that the number stays finite.
+    /// added damping counts in units of that instead, so that the number stays finite.
     pub damping: f64,
     /// Measured damping ratio less the exact one; negative where the method adds energy.
     pub added_damping: f64,
@@ -29,8 +29,8 @@ pub struct Audit {
     pub period: f64,
 }
 
-/// The damping ratio below which damping is told in units of it: a string of this ratio swings 110
-/// times before it has lost half its amplitude, and nobody sees less.
+/// The damping ratio below which damping is reported in units of it: a string of this ratio swings
+/// 110 times before it has lost half its amplitude, and nobody sees less.
 pub const LEAST_DAMPING: f64 = 1e-3;
 /// The most links of a probe.
 const MAX_LINKS: f64 = 20.0;
@@ -61,9 +61,9 @@ pub struct Probe {
 }
 
 impl Probe {
-    /// The chain of a scene: its median mass, rest length, stiffness and damping, as many links as
-    /// its largest body is springs long, but at most 20, and a damping ratio of at most 0.5; none
-    /// for a scene in which no spring pulls or nothing moves.
+    /// The chain of a scene: its median mass, rest length, stiffness and damping. It has as many
+    /// links as the largest body is springs long, but at most 20, and a damping ratio of at most
+    /// 0.5. None for a scene in which no spring pulls or nothing moves.
     ///
     /// # Errors
     /// A scene that a simulation refuses.
@@ -101,7 +101,7 @@ impl Probe {
         std::f64::consts::PI / (2 * self.links + 1) as f64
     }
 
-    /// The chain, each particle moved down by as much as `down` tells of its number from the top.
+    /// The chain, each particle moved down by `down` of its number from the top, metres.
     fn scene(&self, world: World, down: impl Fn(usize) -> f64) -> Scene {
         let particle = |row: usize| Particle {
             position: DVec3::NEG_Y * (row as f64 * self.length + down(row)),
@@ -123,8 +123,8 @@ impl Probe {
         Scene { world, pins, ..Scene::of("probe", part) }
     }
 
-    /// Hangs the chain under its own weight until it rests; returns the stiffness that its length
-    /// tells, over that of its springs; none if it does not stay in the world.
+    /// Hangs the chain under its own weight until it rests; returns the stiffness that follows from
+    /// its length, over that of its springs; none if it does not stay in the world.
     fn hang(&self, choice: Choice) -> Option<f64> {
         let (count, settings) = (self.links as f64, choice.settings());
         let gravity = STRAIN * self.length * self.stiffness / (count * self.mass);
@@ -180,8 +180,8 @@ impl Probe {
     }
 }
 
-/// How a choice is run so that the samples are about a radian of `frequency` apart: settings, and
-/// steps from one sample to the next. Where a frame is short enough it stays a frame.
+/// Settings for a choice, and steps from one sample to the next, so that samples are about a radian
+/// of `frequency` apart. A frame that is short enough is not divided.
 fn sampling(choice: Choice, frequency: f64) -> (Settings, usize) {
     let settings = choice.settings();
     let frames = (1.0 / (frequency * FRAME)).round();
@@ -212,7 +212,7 @@ fn oscillation(samples: &[f64], interval: f64) -> Option<[f64; 2]> {
     let r = (sum(0, 1) * sum(1, 2) - sum(1, 1) * sum(0, 2)) / determinant;
     let off = |window: &[f64]| (window[2] - p * window[1] + r * window[0]).powi(2);
     let left = samples.windows(3).map(off).sum::<f64>() / sum(2, 2);
-    // Not `ONE_MODE < left`: a NaN is no mode either.
+    // Not `ONE_MODE < left`: a NaN is not a mode either.
     let found = if left <= ONE_MODE { roots([p, r], interval) } else { [f64::NAN; 2] };
     found.iter().all(|number| number.is_finite()).then_some(found)
 }
@@ -232,7 +232,7 @@ fn roots([p, r]: [f64; 2], interval: f64) -> [f64; 2] {
         // It changes sign at every sample.
         return swing(-far, std::f64::consts::PI);
     }
-    // It creeps back: what is left is the frequency without damping.
+    // It creeps back: only the frequency without damping is left.
     let rates = [far, r / far].map(|root| -root.abs().ln());
     let natural = (rates[0] * rates[1]).abs().sqrt();
     [0.5 * (rates[0] + rates[1]) / natural, natural / interval]

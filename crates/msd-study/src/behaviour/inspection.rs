@@ -18,7 +18,7 @@ const MOST_SOUGHT: usize = 4000;
 /// Motions that nothing resists, beyond which slow ones are not found among them.
 const MOST_FREE: usize = 10;
 
-/// What the bodies of a scene amount to at its start; the keys of `msd inspect --json`.
+/// Properties of the bodies of a scene at its start; the keys of `msd inspect --json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct InspectReport {
     /// Name of the scene.
@@ -31,7 +31,7 @@ pub struct InspectReport {
     pub stable_step: f64,
     /// Its bodies.
     pub bodies: Vec<Inspection>,
-    /// What the author of the file should know.
+    /// Notes for the author of the file.
     pub notes: Vec<String>,
 }
 
@@ -64,20 +64,20 @@ pub struct Inspection {
     pub springs: usize,
     /// Mass, kilograms.
     pub mass: f64,
-    /// What it fills; `None` for particles and springs of no shape, and where the surface has
-    /// holes.
+    /// The volume, area or length that it fills; `None` for particles and springs of no shape, and
+    /// where the surface has holes.
     pub filled: Option<Filled>,
-    /// Whether its surface has holes, so that it cannot be told what is inside.
+    /// Whether its surface has holes, so that it has no inside.
     pub is_open: bool,
     /// Its moduli, if it is a solid, a flat sheet or a straight rope.
     pub moduli: Option<Directions>,
     /// The smallest and the largest Young's modulus of an irregular solid, such as that of a mesh,
-    /// that a uniform stress pulls at its surface, pascals; `None` of a lattice, of which the
-    /// moduli are exact, and of more than 4000 particles.
+    /// pascals: a uniform stress pulls at its surface. `None` of a lattice, of which the moduli are
+    /// exact, and of more than 4000 particles.
     pub pulled: Option<[f64; 2]>,
     /// Bending stiffness inside it, the smallest and the largest along its lattice and the
     /// diagonals of that: newton metres of a sheet, newton square metres of a rope; `None` of a
-    /// solid, and of what does not resist bending.
+    /// solid, and of a body that does not resist bending.
     pub bending: Option<[f64; 2]>,
     /// Frequency of its fastest motion on its own, held by its pins, hertz.
     pub fastest: f64,
@@ -86,11 +86,11 @@ pub struct Inspection {
     pub slowest: Vec<Slow>,
     /// Why the slowest motions are not known, in words; `None` where they are.
     pub slowest_unknown: Option<&'static str>,
-    /// How it meets other bodies and itself; `None` where it passes through all.
+    /// Its contact with other bodies and itself; `None` where it passes through all.
     pub touch: Option<Touching>,
 }
 
-/// How a body meets others.
+/// Contact of a body with others.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Touching {
     /// Distance that it keeps on each side of its surface, metres.
@@ -105,11 +105,11 @@ pub struct Touching {
     pub obstacles: bool,
     /// The names of the bodies that it passes through although both meet others.
     pub ignore: Vec<String>,
-    /// How it meets single bodies, in place of what follows from both.
+    /// Contact with single bodies, in place of the values that follow from both.
     pub with: Vec<TouchingWith>,
 }
 
-/// How a body meets another one, in place of what follows from both.
+/// Contact of a body with another one, in place of the values that follow from both.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TouchingWith {
     /// The name of the other body.
@@ -215,7 +215,7 @@ fn inspect_body(scene: &Scene, body: &Body, joints: Joints) -> Result<Inspection
     let across = |spring: &Spring| across(scene, spring);
     let rows = springs.iter().map(|spring| (spring.stiffness, across(spring)));
     let frame = frame(scene, body);
-    // A curved shell has no directions of its own.
+    // A curved shell has no principal directions.
     let flat = filled.filter(|filled| {
         let mut beside = frame[filled.dimensions as usize..].iter();
         beside.all(|axis| {
@@ -322,8 +322,8 @@ fn slowest(simulation: &Simulation<f64>, alone: &Scene) -> Result<Vec<Slow>, &'s
     Ok(modes.iter().map(slow).collect())
 }
 
-/// Whether all that resists are springs in one plane, or on a line, that are as long as at rest:
-/// then every particle may leave the plane, and a search among so many free motions is in vain.
+/// Returns whether springs in one plane, or on a line, are all that resists, at their rest lengths.
+/// Then every particle may leave the plane, and a search among so many free motions is in vain.
 fn is_limp(alone: &Scene) -> bool {
     let ways: Vec<DVec3> = alone.springs.iter().map(|spring| across(alone, spring)).collect();
     let is_relaxed = alone.springs.iter().zip(&ways).all(|(spring, way)| {
@@ -358,8 +358,8 @@ fn alone(scene: &Scene, body: &Body, Joints { bends, volumes }: Joints) -> Scene
 ///
 /// Bent to a cylinder of curvature κ along n, a particle at x rises by κ (n·x)²/2. A bend then
 /// stores k (Σ w (n·x)²/2)² κ²/2, and shares that among its particles by their weights. Particles
-/// near an edge have too few bends: the one with most counts. `extents` are what the particles
-/// stand for.
+/// near an edge have too few bends: the one with most counts. `extents` are the areas or lengths of
+/// the particles.
 fn bending(alone: &Scene, extents: &[f64], filled: Filled, frame: [DVec3; 3]) -> Option<[f64; 2]> {
     if alone.bends.is_empty() || 2 < filled.dimensions {
         return None;
@@ -387,9 +387,11 @@ fn bending(alone: &Scene, extents: &[f64], filled: Filled, frame: [DVec3; 3]) ->
     (0.0 < found[1]).then_some(found)
 }
 
-/// The part of a sheet or a rope that each particle stands for, square metres or metres: half of
-/// its springs, or of each triangle the share that its angle there has in half a turn, so that a
-/// square counts alike whichever way it is cut. A mass may have more put on it, so it says nothing.
+/// The part of a sheet or a rope that each particle stands for, square metres or metres.
+///
+/// In a rope it is half of each of its springs. In a sheet it is a share of each triangle, by the
+/// angle of its corner there over half a turn, so that a square counts alike whichever way it is
+/// cut. Extra mass may be put on a particle, so masses do not show it.
 fn extents(scene: &Scene, body: &Body, dimensions: u32) -> Vec<f64> {
     let mut extents = vec![0.0; body.particles.len()];
     let first = body.particles.start;
@@ -416,8 +418,8 @@ fn across(scene: &Scene, spring: &Spring) -> DVec3 {
     b - a
 }
 
-/// What a body fills: the inside of its surface, its surface if that has two sides, or the length
-/// of a line of springs.
+/// The extent of a body: the inside of its surface, its surface if that has two sides, or the
+/// length of a line of springs.
 fn filled(scene: &Scene, body: &Body) -> Option<Filled> {
     let surface = &body.surface;
     let at = |corner: u32| {

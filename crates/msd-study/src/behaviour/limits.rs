@@ -1,15 +1,15 @@
 //! Limits of stability, observed by bisection, beside the prediction.
 //!
-//! A scene is held in its start state: its springs, masses, pins and drag stay, and every force of
-//! that state is balanced, so that only a disturbance of 1e-9 of the size of the scene moves. The
+//! A scene is held in its start state: its springs, masses, pins and drag stay. Every force of that
+//! state is balanced, so that only a disturbance of 1e-9 of the size of the scene moves. The
 //! prediction is about the same state; contact and large stretch come later in a run and change
 //! both. A run is some hundred substeps: about 2 million spring updates, but at least 200 substeps.
-//! All methods together take a second of the processor for a cloth of 31 x 31, three for the bunny,
-//! and longer in proportion beyond 10,000 springs.
+//! All methods together take a second of CPU time for a cloth of 31 x 31, and three for the bunny.
+//! Beyond 10,000 springs they take longer in proportion.
 //!
-//! Explicit Euler is a case of its own: sideways motions of a stretched spring have no damper, and
-//! make it grow, if slowly, at any step. The prediction, which looks at the fastest motions, need
-//! not know them.
+//! Explicit Euler is special: sideways motions of a stretched spring have no damper, and make it
+//! grow, if slowly, at any step. The prediction, which looks at the fastest motions, need not know
+//! them.
 
 use msd_core::elements::{Element, Motion, Vectors};
 use msd_core::glam::DVec3;
@@ -41,7 +41,7 @@ const DISTURBANCE: f64 = 1e-9;
 const GROWTH: f64 = 1.5;
 /// A run is over where it is this much faster than at its start.
 const EXPLOSION: f64 = 1e4;
-/// Bisection ends at this ratio of the bounds: the growth of a run does not tell less.
+/// Bisection ends at this ratio of the bounds: the growth of a run does not resolve less.
 const RESOLUTION: f64 = 1.0005;
 
 /// Finds the largest stable substep of each explicit method, predicted and observed, for steps of
@@ -77,7 +77,7 @@ pub fn limits(scene: &Scene, substeps: u32) -> Result<Vec<Limit>, Error> {
 /// below, and a bound far above where it never turns.
 ///
 /// # Errors
-/// What `stable` returns.
+/// The error of `stable`.
 pub fn edge(guess: f64, stable: &mut impl FnMut(f64) -> Result<bool, Error>) -> Result<f64, Error> {
     let (mut low, mut high) = (0.98 * guess, 1.02 * guess);
     if stable(low)? {
@@ -143,7 +143,7 @@ impl Held {
         Ok(held)
     }
 
-    /// What is not balanced in a state, newtons.
+    /// The unbalanced forces of a state, newtons.
     fn forces(&self, state: &State<f64>) -> Vec<DVec3> {
         let (mut forces, _) = self.simulation.forces_at(state);
         forces.iter_mut().zip(&self.balance).for_each(|(force, &balance)| *force -= balance);
@@ -157,8 +157,8 @@ impl Held {
         State { velocities, ..self.rest.clone() }
     }
 
-    /// A random vector and, as long, what the stiffest modes make of it: a mode that blows up
-    /// should not have to grow out of nothing first.
+    /// A random vector and, as long, the same vector after the stiffest modes have filtered it: a
+    /// mode that blows up should not have to grow out of nothing first.
     fn disturb(&self) -> Vec<DVec3> {
         use rand_pcg::rand_core::Rng;
         let mut random = rand_pcg::Pcg32::new(1, 1);
@@ -192,7 +192,7 @@ impl Held {
         self.remains(Simulation::<f64>::new(&self.scene, settings)?)
     }
 
-    /// Whether a disturbance stays bounded under a method of one's own.
+    /// Returns whether a disturbance stays bounded under a custom method.
     pub fn stays_under(
         &self,
         settings: Settings,
@@ -221,7 +221,7 @@ impl Held {
     /// Whether a run is long enough to see the growth of a method about a limit of `h` seconds.
     fn shows(&self, integrator: Integrator, h: f64) -> bool {
         // Explicit Euler grows by h² w² / 2 per substep, by `GROWTH` in half a run at `least`; the
-        // others grow by the root of what they are beyond their limit.
+        // others grow by the root of their excess over the limit.
         let fastest = self.simulation.fastest_mode().stiffness.sqrt();
         let least = (4.0 * GROWTH.ln() / self.substeps() as f64).sqrt() / fastest;
         integrator != Integrator::ExplicitEuler || 3.0 * least < h
@@ -235,7 +235,7 @@ impl Held {
 /// Forces that balance those of a start state, and the fastest motion that they have met.
 #[derive(Debug)]
 struct Balance {
-    /// What is balanced, newtons.
+    /// The balanced forces, newtons.
     forces: Vec<DVec3>,
     /// Root of the sum of squares of all speeds, metres per second.
     fastest: Arc<Mutex<f64>>,
@@ -254,7 +254,8 @@ impl<R: Real> Element<R> for Balance {
     }
 }
 
-/// Whether a run of `count` speeds does not grow; a speed of none is that of a run that diverged.
+/// Returns whether a run of `count` speeds does not grow; `None` is the speed of a run that
+/// diverged.
 fn is_bounded(speeds: impl Iterator<Item = Option<f64>>, count: usize) -> bool {
     let mut halves = [0.0f64; 2];
     let mut start = None;

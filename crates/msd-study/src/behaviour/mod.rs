@@ -1,5 +1,5 @@
-//! Behaviour of a method on a scene: stiffness and damping delivered, limits of stability, the
-//! parts of a model and what each is worth, and the material that a body amounts to.
+//! Behaviour of a method on a scene: effective stiffness and damping, limits of stability, the cost
+//! and effect of each model term, and the effective material of a body.
 
 pub mod audit;
 mod pulled;

@@ -1,9 +1,9 @@
 //! Moduli of a solid that is pulled at its surface.
 //!
 //! A uniform stress σ acts on a closed surface with the force σ A on a triangle of area A, which
-//! its corners share. With K the stiffness of the springs, u = K⁻¹ f is where the particles go, and
-//! the mean strain in a volume V is (1/V) Σ sym(u ⊗ A). So f_aᵀ u_b / V are the compliances of a
-//! body of any form. Such a body is never stiffer than it is, where the moduli of a uniform strain
+//! its corners share. With K the stiffness of the springs, the particles are displaced by u = K⁻¹
+//! f. The mean strain in a volume V is (1/V) Σ sym(u ⊗ A). So f_aᵀ u_b / V are the compliances of a
+//! body of any form. These moduli are never stiffer than the body, and those of a uniform strain
 //! are never softer (Reuss, 1929; Voigt, 1889).
 
 use msd_core::Scene;
@@ -11,7 +11,7 @@ use msd_core::glam::{DMat3, DVec3};
 
 /// The part of the load that a solve may leave.
 const RESIDUAL: f64 = 1e-6;
-/// The most steps of a solve: one that takes more has parts that hardly hang together.
+/// The most steps of a solve: a body that takes more has parts that hardly hang together.
 const MOST_STEPS: usize = 3000;
 
 /// A strain or a stress in the notation of Mandel: xx, yy, zz, and √2 times yz, zx and xy.

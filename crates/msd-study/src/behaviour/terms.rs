@@ -1,5 +1,5 @@
-//! The worth of each part of the model, switched off one at a time: how much the answer changes,
-//! and how much time that saves.
+//! Cost and effect of each part of the model, which is switched off one at a time: the change of
+//! the answer, and the time that it saves.
 
 use crate::measure::clock::CpuClock;
 use crate::measure::errors::rms_distance;
@@ -13,19 +13,19 @@ use msd_scene::parts::Part;
 use msd_scene::{Loaded, Precision};
 use serde::{Deserialize, Serialize};
 
-/// What a part of the model is worth.
+/// Effect and cost of a part of the model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TermRow {
     /// The part.
     pub term: String,
-    /// How far the run without it is off at the end, root mean square over the particles, metres;
-    /// none if that run diverged.
+    /// Distance of the run without it from the whole run at the end, root mean square over the
+    /// particles, metres; none if that run diverged.
     pub change: Option<f64>,
     /// The largest such distance after any step, metres.
     pub worst: Option<f64>,
     /// `change` as a fraction of the size of the scene.
     pub relative: Option<f64>,
-    /// What the part costs, percent of the time of the whole run; negative where the run without it
+    /// Cost of the part, percent of the time of the whole run; negative where the run without it
     /// takes longer; none if it diverged.
     pub cost_percent: Option<f64>,
     /// All of that in plain words.
@@ -39,7 +39,7 @@ const ROUNDS: (usize, usize) = (3, 25);
 /// A scene with a part switched off.
 struct Variant {
     term: &'static str,
-    /// What was done, as the subject of a sentence.
+    /// The change, as the subject of a sentence.
     act: String,
     scene: Scene,
     precision: Precision,
@@ -48,14 +48,14 @@ struct Variant {
 /// Switches off every part that a scene has, one at a time, and compares the runs with that of the
 /// whole scene, over `duration` seconds, at the scene's own settings.
 ///
-/// Damping; gravity; face and space diagonals of regular bodies; bending springs of shells, which
-/// are told by the triangles that they bridge; drag; contact; values of each spring against their
-/// mean; and the precision against the other one. Costs are the best of several runs that take
-/// turns, so that a busy machine hits them all.
+/// The parts are damping; gravity; face and space diagonals of regular bodies; bending springs of
+/// shells, which are known by the triangles that they bridge; drag; contact; values of each spring
+/// against their mean; and the precision against the other one. Costs are the best of several runs
+/// that take turns, so that a busy machine hits them all.
 ///
 /// # Errors
-/// A scene that a simulation refuses; a scene that diverges as it is; what [`Monitor::proceed`]
-/// returns.
+/// A scene that a simulation refuses; a scene that diverges unchanged; the error of
+/// [`Monitor::proceed`].
 pub fn terms(
     loaded: &Loaded,
     duration: f64,

@@ -12,13 +12,13 @@ pub const FRAME: f64 = 1.0 / 60.0;
 pub struct Choice {
     /// The method.
     pub integrator: Integrator,
-    /// How finely it steps.
+    /// Its substeps or its tolerance.
     pub fineness: Fineness,
     /// The precision.
     pub precision: Precision,
 }
 
-/// How finely a method steps.
+/// Substeps or tolerance of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Fineness {
@@ -49,7 +49,7 @@ impl Choice {
         Choice { integrator, fineness, precision }
     }
 
-    /// How finely it steps, in words: `8 substeps` or `tolerance 1e-5`.
+    /// Its substeps or tolerance, in words: `8 substeps` or `tolerance 1e-5`.
     pub fn fineness(&self) -> String {
         match self.fineness {
             Fineness::Substeps(1) => "1 substep".into(),

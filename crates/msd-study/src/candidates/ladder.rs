@@ -19,7 +19,7 @@ fn round_numbers() -> impl Iterator<Item = u32> {
 /// The tolerances that studies try.
 const TOLERANCES: [f64; 9] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
 
-/// What [`ladders`] do, as a progress report says it.
+/// The work of [`ladders`], as a progress report prints it.
 pub(crate) const PREDICTION: &str = "predicting how long the steps may be";
 /// Both precisions.
 pub const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F64];
@@ -63,7 +63,7 @@ const MARGIN: f64 = 0.95;
 /// predicted stable.
 ///
 /// # Errors
-/// What [`Simulation::new`] refuses.
+/// A scene that [`Simulation::new`] refuses.
 pub fn ladders(scene: &Scene) -> Result<Vec<Ladder>, Error> {
     let simulation = Simulation::<f64>::new(scene, Settings::default())?;
     let fewest = |integrator: Integrator| {

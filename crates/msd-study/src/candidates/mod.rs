@@ -1,4 +1,4 @@
-//! Candidates: what may be chosen for a scene, and which choices are worth trying.
+//! Candidates: the possible choices for a scene, and those that are worth a trial.
 
 pub mod choice;
 pub mod ladder;

@@ -1,4 +1,4 @@
-//! A cache of what took long to make, in the cache folder of the user, by the hash of its content.
+//! A cache of costly results, in the cache folder of the user, by the hash of its content.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -16,7 +16,7 @@ pub fn folder() -> Option<PathBuf> {
     return None;
 }
 
-/// Raised whenever a change of msd makes what was kept before wrong.
+/// Raised whenever a change of msd makes earlier entries wrong.
 const REVISION: u32 = 2;
 
 /// The hash of anything that can be written down, 32 hexadecimal digits: BLAKE3 (O'Connor and
@@ -30,23 +30,23 @@ pub fn content_hash(content: &impl Serialize) -> String {
     hasher.finalize().to_hex()[..32].to_owned()
 }
 
-/// Reads what an earlier run kept; a file that cannot be read or understood is as good as none.
+/// Reads the entry of an earlier run; returns none for a file that cannot be read or understood.
 pub fn get<T: DeserializeOwned>(kind: &str, hash: &str) -> Option<T> {
     let bytes = std::fs::read(folder()?.join(format!("{kind}-{hash}"))).ok()?;
     let (sum, content) = bytes.split_at_checked(32)?;
-    // A disk that ran full, or another program: what does not add up is not used.
+    // A disk may have run full, or another program may have written: a wrong sum is not used.
     (blake3::hash(content).as_bytes()[..] == *sum).then_some(())?;
     postcard::from_bytes(content).ok()
 }
 
-/// Forgets what was kept.
+/// Removes an entry.
 pub fn remove(kind: &str, hash: &str) {
     if let Some(folder) = folder() {
         let _ = std::fs::remove_file(folder.join(format!("{kind}-{hash}")));
     }
 }
 
-/// Keeps something for a later run. Where that fails the later run takes longer: no error.
+/// Keeps something for a later run. A failure is not an error: the later run takes longer.
 pub fn put(kind: &str, hash: &str, value: &impl Serialize) {
     let write = || -> Option<()> {
         let folder = folder()?;

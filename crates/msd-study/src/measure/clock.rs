@@ -14,11 +14,11 @@ impl CpuClock {
     /// of up to a millisecond.
     pub const SURE: f64 = if cfg!(target_arch = "wasm32") { 0.02 } else { 0.0 };
 
-    /// What it measures, in words: a browser tells no time of the processor.
+    /// Name of the measured time, in words: a browser does not report CPU time.
     pub const MEASURES: &str =
         if cfg!(target_arch = "wasm32") { "time" } else { "time of the processor" };
 
-    /// Starts the watch; in a browser, which does not tell, it shows the time of the wall.
+    /// Starts the watch; in a browser, which does not report CPU time, it shows wall time.
     pub fn start() -> Self {
         #[cfg(not(target_arch = "wasm32"))]
         let start = cpu_time::ThreadTime::now();

@@ -4,7 +4,7 @@ use msd_core::glam::DVec3;
 use msd_core::{Simulation, State};
 use serde::{Deserialize, Serialize};
 
-/// How far a run is from its reference: each number is the largest of all samples compared.
+/// Distance of a run from its reference: each number is the largest of all samples compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Root of the mean square distance of the particles from where they should be, metres.

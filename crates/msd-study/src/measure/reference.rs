@@ -12,13 +12,13 @@ use msd_core::{Error, Integrator, Scene, Settings, Simulation, State, Surface};
 use msd_scene::Precision;
 use serde::{Deserialize, Serialize};
 
-/// How a reference is to be made.
+/// The way in which a reference is to be made.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Wish {
     /// Time to cover, seconds; brought to a whole number of frames of 1/60 s.
     pub duration: f64,
-    /// What tightening the tolerance may still move the particles, root mean square, as a fraction
-    /// of the size of the scene.
+    /// Distance by which a tighter tolerance may still move the particles, root mean square, as a
+    /// fraction of the size of the scene.
     pub uncertainty: f64,
     /// Time of the processor after which it is not tightened further, seconds.
     pub patience: f64,
@@ -38,8 +38,8 @@ pub struct Reference {
     /// Positions and velocities at those frames.
     pub states: Vec<Sample>,
     /// Root mean square distance by which the last tightening of the tolerance moved the particles
-    /// at each of those frames, metres, and at least what the tolerance allows: an upper estimate
-    /// of the error that is left.
+    /// at each of those frames, metres; at least the distance that the tolerance allows. It is an
+    /// upper estimate of the remaining error.
     pub moved: Vec<f64>,
     /// Distance to which a perturbation of 1e-12 times the size of the scene has grown at each of
     /// those frames, root mean square, metres.
@@ -105,7 +105,7 @@ impl Reference {
     }
 
     /// Samples from the start at which particles can be compared to within `wanted` metres: further
-    /// on rounding alone, or what is left of the reference's own error, reaches it.
+    /// on rounding alone, or the remaining error of the reference, reaches it.
     pub fn reliable(&self, wanted: f64) -> usize {
         let mut rows = self.moved.iter().zip(&self.grown);
         let lost = |(&moved, &grown): (&f64, &f64)| wanted < moved.max(grown);
@@ -136,7 +136,7 @@ impl Reference {
 /// See [`make_reference`].
 pub fn reference(scene: &Scene, wish: Wish, monitor: &mut dyn Monitor) -> Result<Reference, Halt> {
     monitor.report(Progress::of(NOW));
-    // What a scene is called and how it is drawn do not matter.
+    // The name of a scene and its looks do not matter.
     let mut plain = scene.clone();
     plain.bodies.iter_mut().for_each(|body| body.surface = Surface::default());
     let hash = cache::content_hash(&(&plain, wish));
@@ -151,7 +151,7 @@ pub fn reference(scene: &Scene, wish: Wish, monitor: &mut dyn Monitor) -> Result
 /// The size of a scene, metres: see [`msd_core::Model::size`].
 ///
 /// # Errors
-/// What [`Simulation::new`] refuses.
+/// A scene that [`Simulation::new`] refuses.
 pub fn size_of(scene: &Scene) -> Result<f64, Error> {
     Ok(Simulation::<f64>::new(scene, Settings::default())?.model().size())
 }
@@ -177,7 +177,7 @@ fn sample_frames(duration: f64) -> Vec<u64> {
 /// RK4 with twice the substeps each time.
 ///
 /// # Errors
-/// What [`Simulation::new`] and [`Simulation::step`] refuse; what [`Monitor::proceed`] returns.
+/// The errors of [`Simulation::new`], [`Simulation::step`] and [`Monitor::proceed`].
 pub fn make_reference(
     scene: &Scene,
     wish: Wish,
@@ -205,7 +205,7 @@ pub fn make_reference(
         if worst <= wanted || tolerance <= 1.5 * LAST_TOLERANCE || exhausted {
             break;
         }
-        // Contact may put a tolerance out of reach: what was reached is the best there is.
+        // Contact may put a tolerance out of reach: the tightest one that was reached is the best.
         let tighter = match runs.states(scene, 0.1 * tolerance) {
             Ok(tighter) => tighter,
             Err(halt @ (Halt::Cancelled | Halt::Deadline)) => return Err(halt),
@@ -282,7 +282,7 @@ impl Runs<'_> {
     }
 }
 
-/// What is being done, in words.
+/// The current work, in words.
 const NOW: &str = "making the reference";
 /// Part of the longest stable substep that a reference of RK4 begins with.
 const FIRST_PART: f64 = 0.25;
@@ -345,7 +345,7 @@ fn distances(a: &[Sample], b: &[Sample]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| rms_distance(&a.state(), &b.state())).collect()
 }
 
-/// Moves every particle by `distance` metres in a direction of its own.
+/// Moves every particle by `distance` metres, each in another direction.
 fn perturb(scene: &Scene, distance: f64) -> Scene {
     use rand_pcg::rand_core::Rng;
     let mut scene = scene.clone();

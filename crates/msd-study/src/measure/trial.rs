@@ -11,7 +11,7 @@ use msd_run::Runner;
 use msd_scene::AnyState;
 use serde::{Deserialize, Serialize};
 
-/// What came of a choice.
+/// Result of a choice.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
     /// The choice.
@@ -22,8 +22,8 @@ pub struct Trial {
     pub errors: Option<Errors>,
     /// Kinetic, elastic and gravitational energy at each sample, joules.
     pub energies: Vec<f64>,
-    /// The most energy that the method was seen to have added for good, joules, by the bound of the
-    /// drift detector, [`Witness`], that `msd run` warns by; 0 where it added none.
+    /// The most energy that the method was seen to have added for good, joules; 0 where it added
+    /// none. It is the bound of the drift detector, [`Witness`], by which `msd run` warns.
     pub gained: f64,
     /// Why the run ended early, in words: it left the world, or its tolerance was out of reach.
     pub diverged: Option<String>,
@@ -35,24 +35,24 @@ impl Trial {
         self.errors.map_or(f64::INFINITY, |errors| errors.rms)
     }
 
-    /// Whether it can be chosen: it stayed in the world, and added no energy. A source of energy
-    /// may be near the reference for as long as it was tried, and blow up later.
+    /// Returns whether it can be chosen: it stayed in the world, and added no energy. A source of
+    /// energy may be near the reference for as long as it was tried, and blow up later.
     pub fn is_sound(&self) -> bool {
         self.errors.is_some() && self.gained == 0.0
     }
 
-    /// Whether it can be chosen where an error of so many metres is allowed.
+    /// Returns whether it can be chosen where an error of so many metres is allowed.
     pub fn is_within(&self, error: f64) -> bool {
         self.is_sound() && self.error() <= error
     }
 }
 
-/// Runs a choice and compares it with the reference, at `reliable` samples particle by particle and
-/// at the others by energy and centre of mass only.
+/// Runs a choice and compares it with the reference: at `reliable` samples particle by particle,
+/// and at the others by energy and centre of mass only.
 ///
 /// # Errors
-/// What [`Runner::new`] refuses; what [`Monitor::proceed`] returns. A run that diverges is a
-/// result, not an error.
+/// The errors of [`Runner::new`] and [`Monitor::proceed`]. A run that diverges is a result, not an
+/// error.
 pub fn try_choice(
     scene: &Scene,
     choice: Choice,
@@ -91,11 +91,11 @@ pub fn try_choice(
     Ok(Trial { choice, cost, errors: Some(worst), energies, gained, diverged: None })
 }
 
-/// Runs a choice for some seconds for its soundness alone; returns in words why it leaves the
-/// world or adds energy, where it does.
+/// Runs a choice for some seconds for its soundness alone. If it leaves the world or adds energy,
+/// returns the reason in words.
 ///
 /// # Errors
-/// What [`Runner::new`] refuses; what [`Monitor::proceed`] returns.
+/// The errors of [`Runner::new`] and [`Monitor::proceed`].
 pub fn find_fault(
     scene: &Scene,
     choice: Choice,
@@ -123,11 +123,11 @@ pub fn adds(gained: f64) -> String {
     format!("adds {} that nothing supplied", estimate(gained, "J"))
 }
 
-/// Runs a choice once more for its cost alone: time of the processor per simulated second, seconds;
-/// infinite for a run that diverges.
+/// Runs a choice once more for its cost alone: CPU time per simulated second, seconds; infinite for
+/// a run that diverges.
 ///
 /// # Errors
-/// What [`Runner::new`] refuses; what [`Monitor::proceed`] returns.
+/// The errors of [`Runner::new`] and [`Monitor::proceed`].
 pub fn time_choice(
     scene: &Scene,
     choice: Choice,
@@ -169,7 +169,7 @@ pub(crate) fn time_run(
     Ok(clock.seconds() / (f64::from(runs) * runner.time()))
 }
 
-/// How often a timed run asks its monitor.
+/// Number of times that a timed run asks its monitor.
 const PARTS: u64 = 8;
 
 fn step_to(runner: &mut Runner, frame: u64) -> Result<(), Error> {

@@ -14,20 +14,20 @@ use msd_run::Runner;
 use msd_scene::{Loaded, Precision};
 use serde::{Deserialize, Serialize};
 
-/// What a scene as it is set costs in accuracy, by where it is lost.
+/// The error of a scene at its own settings, by its sources.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ErrorBalance {
-    /// How the scene is stepped.
+    /// The choice by which the scene is stepped.
     pub choice: Choice,
     /// Time of the processor per simulated second, seconds.
     pub cost: f64,
-    /// What the spacing costs; none where that is not known.
+    /// The error of the spacing; none where that is not known.
     pub space: Option<Share>,
-    /// What the step costs; none for a run that diverged.
+    /// The error of the step; none for a run that diverged.
     pub time: Option<Share>,
-    /// What the precision costs; none for a run that diverged.
+    /// The error of the precision; none for a run that diverged.
     pub precision: Option<Share>,
-    /// What to do, in words.
+    /// Advice, in words.
     pub advice: String,
 }
 
@@ -39,7 +39,7 @@ pub struct Share {
     /// Whether the error is less than that, and no more is known.
     #[serde(default)]
     pub is_bound: bool,
-    /// What makes it less, in words; empty where nothing does.
+    /// The remedy that makes it less, in words; empty where nothing does.
     pub remedy: String,
     /// The error with that, metres.
     pub left: f64,
@@ -53,7 +53,7 @@ const RULES: f64 = 2.0;
 const LONGEST: f64 = 0.2;
 /// Frames of a finer scene that are run to know its price.
 const PRICED: u64 = 6;
-/// What f64 rounds to beside what f32 does: 2⁻⁵² to 2⁻²³.
+/// Rounding of f64 relative to that of f32: 2⁻⁵² to 2⁻²³.
 const FINER: f64 = 1.0 / (1u64 << 29) as f64;
 
 /// A run that was followed.
@@ -62,11 +62,11 @@ struct Stepped {
     positions: Vec<Vec<DVec3>>,
 }
 
-/// Measures the errors of time and precision of a scene as it is set, beside that of `space`;
-/// `finer` is the scene at half its spacing.
+/// Measures the errors of time and precision of a scene at its own settings, beside that of
+/// `space`; `finer` is the scene at half its spacing.
 ///
 /// # Errors
-/// What the core refuses of the scene.
+/// A scene that the core refuses.
 pub fn balance(
     loaded: &Loaded,
     finer: &Scene,
@@ -143,7 +143,7 @@ impl ErrorBalance {
         (time.error < 0.5 * room).then_some(room)
     }
 
-    /// What to do; `longer` is the longest step that would do, with its error.
+    /// Returns the advice; `longer` is the longest step that would do, with its error.
     fn words(&self, longer: Option<(Choice, f64)>) -> String {
         let Some(time) = &self.time else {
             return format!("shorten the step: with {} the run leaves the world", self.choice);
@@ -190,13 +190,13 @@ impl ErrorBalance {
         format!("space and time are in balance: {in_space} and {in_time}")
     }
 
-    /// What each error comes of, and the error; none where that is not known.
+    /// The source of each error, and the error; none where that is not known.
     pub fn shares(&self) -> [(&'static str, Option<&Share>); 3] {
         let ErrorBalance { space, time, precision, .. } = self;
         [("space", space.as_ref()), ("time", time.as_ref()), ("precision", precision.as_ref())]
     }
 
-    /// The errors in rows: what costs it, the error in metres, of a size, and the price of less.
+    /// The errors in rows: the source, the error in metres, of a size, and the price of less.
     pub fn rows(&self, size: f64) -> Vec<[String; 5]> {
         let row = |(name, share): (&str, Option<&Share>)| match share {
             Some(share) => {
@@ -263,7 +263,7 @@ fn longest(scene: &Scene, choice: Choice) -> Result<Option<Choice>, Error> {
 /// Time of the processor per simulated second of a finer scene, seconds: its steps are as much
 /// shorter, or, where bending asks for that, with the square of the spacing.
 fn price(finer: &Scene, choice: Choice) -> f64 {
-    // A precision that cannot hold the finer scene is no price.
+    // A precision that cannot hold the finer scene has no price.
     let of = |choice| time_choice(finer, choice, PRICED, &mut ()).unwrap_or(f64::INFINITY);
     match choice.fineness {
         Fineness::Substeps(_) => {
@@ -299,7 +299,7 @@ mod tests {
         assert!(words.starts_with("shorten the step: time costs you 12 mm, space 3 µm"), "{words}");
         let words = advice([share(3e-6), share(3e-6), share(1e-3)]);
         assert!(words.starts_with("take f64: precision costs you 1 mm"), "{words}");
-        // What is only known to be less is no reason to refine anything.
+        // An error of which only a bound is known is not a reason to refine anything.
         let below = Share { is_bound: true, ..share(12e-3).unwrap() };
         let words = advice([Some(below), share(3e-6), share(1e-6)]);
         assert_eq!(words, "space costs you below 12 mm, time 3 µm");

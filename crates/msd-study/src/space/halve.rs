@@ -14,15 +14,15 @@ use msd_core::glam::DVec3;
 use msd_scene::tree::Source;
 use msd_scene::{Draft, FileError, Finer};
 
-/// What the error of space is to be found for.
+/// Limits of the search for the error of space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpacePlan {
     /// Time to simulate, seconds.
     pub duration: f64,
-    /// Time of the processor to spend on finer spacings, seconds; the reference of the scene as it
-    /// is comes on top.
+    /// CPU time to spend on finer spacings, seconds, besides the reference of the scene at its own
+    /// spacing.
     pub budget: f64,
-    /// What that reference may be off, root mean square, as a fraction of the size of the scene.
+    /// Largest error of that reference, root mean square, as a fraction of the size of the scene.
     pub uncertainty: f64,
     /// Time of the processor after which it is not tightened further, seconds.
     pub patience: f64,
@@ -35,19 +35,20 @@ impl Default for SpacePlan {
     }
 }
 
-/// How often a spacing is halved at most.
+/// The most times that a spacing is halved.
 const MOST_HALVINGS: u32 = 2;
 /// Tolerances at which finer spacings are run: the first that is good enough.
 const TOLERANCES: [f64; 3] = [1e-6, 1e-8, 1e-10];
 /// The part of the difference of two spacings that the error of time may be.
 const TIME_PART: f64 = 0.05;
-/// The part of what a run was moved by a tolerance a hundred times as tight that it is still off.
+/// The remaining error of a run, as a part of the distance by which a tolerance a hundred times as
+/// tight moved it.
 const MOVED_PART: f64 = 0.1;
-/// Where the error of time is more than this part, the difference says nothing.
+/// Where the error of time is more than this part, the difference does not show the error of space.
 const LOST_PART: f64 = 0.5;
-/// What roundings grow to in a run, as a part of the size of the scene.
+/// Roundings after a run, as a part of the size of the scene.
 const ROUNDING: f64 = 1e-10;
-/// The part of what a tolerance allows that a run is taken to be off at least.
+/// The least error of a run, as a part of the error that its tolerance allows.
 const ALLOWED: f64 = 0.01;
 /// Kept in the cache by the scene.
 const SPACE: &str = "space-2";
@@ -55,9 +56,9 @@ const SPACE: &str = "space-2";
 /// A scene that was run at several spacings.
 pub(crate) struct Halved {
     pub space: Space,
-    /// Where the points would be without an error of space, and at how many samples that is known.
+    /// The points without an error of space, and the number of samples at which they are known.
     pub right: Option<(Track, usize)>,
-    /// The reference of the scene as it is.
+    /// The reference of the scene at its own spacing.
     pub reference: Reference,
     /// The finer scenes that were run, finest last.
     pub finer: Vec<Finer>,
@@ -66,8 +67,7 @@ pub(crate) struct Halved {
 /// Finds the error of space of a scene.
 ///
 /// # Errors
-/// A body that has no spacing; what the core refuses of the scene; what [`Monitor::proceed`]
-/// returns.
+/// A body that has no spacing; a scene that the core refuses; the error of [`Monitor::proceed`].
 pub fn space(
     draft: &Draft,
     plan: SpacePlan,
@@ -76,7 +76,7 @@ pub fn space(
     Ok(halve(draft, plan, monitor)?.space)
 }
 
-/// What was found of a scene before, for whatever duration.
+/// Returns an earlier result for a scene, for whatever duration.
 pub fn known(scene: &Scene) -> Option<Space> {
     cache::get(SPACE, &scene_hash(scene))
 }
@@ -133,7 +133,7 @@ pub(crate) fn halve(
         let tolerance = tolerance.max(halving.reference.tolerance);
         let mut tighter = halving.run(tolerance, monitor)?;
         tighter.off = tighter.off.max(MOVED_PART * run.moved(&tighter));
-        // What is not affordable to the last digit is known to the first.
+        // An error that is not affordable to the last digit is known to the first.
         let is_poorer = tighter.tracks.len() < run.tracks.len();
         if !is_poorer {
             run = tighter;
@@ -160,14 +160,14 @@ struct Halving<'d> {
     budget: f64,
 }
 
-/// What came of running them at one tolerance.
+/// Result of running them at one tolerance.
 struct Run {
-    /// Coarsest first; that of the scene as it is comes from its reference.
+    /// Coarsest first; that of the scene's own spacing comes from its reference.
     tracks: Vec<Track>,
-    /// The error of time that the tolerance leaves in the scene as it is, metres; at least what
-    /// rounding makes.
+    /// The error of time that the tolerance leaves in the scene at its own spacing, metres; at
+    /// least the error of rounding.
     off: f64,
-    /// Why there is no finer one.
+    /// The reason why the spacing was not halved further.
     stopped: String,
 }
 
@@ -186,8 +186,8 @@ impl Run {
         pairs.map(|(a, b)| a.distance(b, a.samples.len())).fold(0.0, f64::max)
     }
 
-    /// Whether the error of time is a small part of what the spacing makes. Where finer spacings
-    /// lie farther apart than coarse ones, it may be theirs.
+    /// Returns whether the error of time is a small part of the error of the spacing. Where finer
+    /// spacings lie farther apart than coarse ones, it may be theirs.
     fn is_resolved(&self) -> bool {
         let diverges = match &self.tracks[..] {
             [_, middle, fine] => {
@@ -255,7 +255,7 @@ impl Halving<'_> {
         let followed = Followed { scene, points: &points, frames, tolerance };
         let clock = CpuClock::start();
         let found = track(followed, (predicted, self.budget), monitor);
-        // What the cache holds costs nothing.
+        // Results from the cache cost nothing.
         self.budget -= clock.seconds();
         let parts = 1 << halvings;
         match found.map_err(|halt| of_file(self.draft, halt)) {
@@ -269,7 +269,7 @@ impl Halving<'_> {
         }
     }
 
-    /// What the runs tell.
+    /// The conclusion from the runs.
     fn limit(self, run: Run) -> Halved {
         let Halving { scene, mut finer, points, reference, samples, .. } = self;
         let frames = &reference.frames[..samples];

@@ -3,7 +3,7 @@
 use crate::space::track::Track;
 use serde::{Deserialize, Serialize};
 
-/// What came of running a scene at several spacings.
+/// Result of running a scene at several spacings.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
@@ -12,8 +12,8 @@ pub enum Verdict {
         /// Largest root mean square distance of the points from where they would be without it,
         /// metres.
         error: f64,
-        /// What the error may be off, metres: that of the finest spacing, times 1.25 or, of an
-        /// order that was assumed, 3 (Roache, 1994).
+        /// Uncertainty of the error, metres: that of the finest spacing, times 1.25 or, of an order
+        /// that was assumed, 3 (Roache, 1994).
         band: f64,
         /// The order: the error goes as this power of the spacing.
         order: f64,
@@ -22,9 +22,9 @@ pub enum Verdict {
         /// Time up to which finer spacings agree better and better, seconds.
         until: f64,
     },
-    /// The error is less than the runs can tell, as they are not exact in time.
+    /// The error is less than the runs can resolve, as they are not exact in time.
     Below {
-        /// What it is less than, metres.
+        /// Upper bound of the error, metres.
         error: f64,
     },
     /// Finer spacings do not come nearer to one another.
@@ -39,16 +39,16 @@ pub enum Verdict {
 /// The order of a lattice of springs; also the most that is believed of an observation: a higher
 /// one is luck.
 const ORDER: f64 = 2.0;
-/// Below this order there is no limit to extrapolate to.
+/// Below this order no limit can be extrapolated.
 const LEAST_ORDER: f64 = 0.5;
-/// What the difference of two runs tells of their distance from the limit (Roache, 1994): by an
-/// order that was observed, and by one that was assumed.
+/// Safety factors from the difference of two runs to their distance from the limit (Roache, 1994):
+/// for an order that was observed, and for one that was assumed.
 const SAFETY: [f64; 2] = [1.25, 3.0];
 /// The part of the time up to which there must be a limit.
 const LEAST_PART: f64 = 0.1;
 
 /// The limit of courses at halved spacings, coarsest first, the samples up to which it holds, and
-/// what it says of the first; `times` are those of the samples, seconds.
+/// the verdict on the first; `times` are those of the samples, seconds.
 pub(crate) fn extrapolate(tracks: &[Track], times: &[f64]) -> (Option<(Track, usize)>, Verdict) {
     let (samples, order, is_seen) = match tracks {
         [coarse, middle, fine, ..] => {
@@ -86,7 +86,7 @@ pub(crate) fn extrapolate(tracks: &[Track], times: &[f64]) -> (Option<(Track, us
 
 /// The order that two differences show, each between a spacing and its half.
 fn order(first: f64, second: f64) -> f64 {
-    // Where both are nothing there is nothing to lose.
+    // Where both are zero the order does not matter.
     if second == 0.0 { ORDER } else { (first / second).log2() }
 }
 

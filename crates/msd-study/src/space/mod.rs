@@ -1,10 +1,10 @@
-//! The error of space: what the spacing of the particles is worth, beside the step and the
+//! The error of space: the effect of the spacing of the particles, beside the step and the
 //! precision.
 //!
-//! A [`Space`] is what is known of it: the scene was run at its own spacing a, at a/2 and a/4, each
-//! as good as exact in time, and Richardson's extrapolation (1911) told where the positions go as
-//! the spacing goes to nothing. An [`ErrorBalance`] has the errors of space, time and precision
-//! side by side, with their prices.
+//! A [`Space`] is the result: the scene was run at its own spacing a, at a/2 and a/4, each as good
+//! as exact in time. Richardson's extrapolation (1911) gave the limit of the positions as the
+//! spacing goes to zero. An [`ErrorBalance`] has the errors of space, time and precision side by
+//! side, with their prices.
 
 mod track;
 mod limit;
@@ -20,7 +20,7 @@ pub(crate) use track::{Track, picked};
 use crate::quantity::{estimate, rounded};
 use serde::{Deserialize, Serialize};
 
-/// What is known of the error of space of a scene.
+/// Estimate of the error of space of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Space {
     /// Time simulated, seconds.
@@ -29,9 +29,9 @@ pub struct Space {
     pub compared: f64,
     /// Points that were compared: those that are particles at every spacing.
     pub points: usize,
-    /// What was run, coarsest first: the scene as it is, then finer ones.
+    /// The spacings that were run, coarsest first: the scene's own, then finer ones.
     pub spacings: Vec<Spacing>,
-    /// What came of it.
+    /// The conclusion.
     pub verdict: Verdict,
     /// Why no finer one was run, in words.
     pub stopped: String,
@@ -53,7 +53,7 @@ pub struct Spacing {
 }
 
 impl Space {
-    /// The error of space of the scene as it is, metres; none where it is not known.
+    /// The error of space of the scene at its own spacing, metres; none where it is not known.
     pub fn error(&self) -> Option<f64> {
         match self.verdict {
             Verdict::Known { error, .. } | Verdict::Below { error } => Some(error),
@@ -61,7 +61,7 @@ impl Space {
         }
     }
 
-    /// What is known, in a sentence.
+    /// The estimate, in a sentence.
     pub fn words(&self) -> String {
         match self.verdict {
             Verdict::Known { error, band, order, is_seen, until } => {

@@ -9,7 +9,7 @@ use msd_core::glam::DVec3;
 use msd_core::{Scene, Surface};
 use serde::{Deserialize, Serialize};
 
-/// Where some points of a scene are at the samples of a run.
+/// Positions of some points of a scene at the samples of a run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Track {
     /// The points at each sample, metres.
@@ -37,7 +37,7 @@ impl Track {
     }
 }
 
-/// A scene without its surfaces: how it is drawn does not matter.
+/// A scene without its surfaces: its looks do not matter.
 pub(crate) fn undrawn(scene: &Scene) -> Scene {
     let mut plain = scene.clone();
     plain.bodies.iter_mut().for_each(|body| body.surface = Surface::default());
@@ -52,7 +52,7 @@ pub(crate) fn picked<'p>(
     points.iter().map(|&point| positions[point])
 }
 
-/// What is to be run: a scene, and the points that are followed.
+/// A scene to be run, and the points that are followed.
 #[derive(Clone, Copy)]
 pub(crate) struct Followed<'s> {
     pub scene: &'s Scene,

@@ -12,12 +12,12 @@ use msd_scene::{Draft, FileError, Loaded};
 
 pub use crate::study::course::{Course, Plan};
 
-/// Adds the error of space to a study of a scene as a user writes it, and the balance of its
-/// errors; takes up to as much time again as the plan gives to trials.
+/// Adds the error of space, and the balance of errors, to a study of a scene as a user writes it.
+/// It takes up to as much time again as the plan gives to trials.
 ///
 /// # Errors
-/// A body that has no spacing; what the core refuses of a finer scene; what [`Monitor::proceed`]
-/// returns.
+/// A body that has no spacing; a finer scene that the core refuses; the error of
+/// [`Monitor::proceed`].
 pub fn add_space(
     study: &mut Study,
     draft: &Draft,
@@ -36,11 +36,11 @@ pub fn add_space(
     Ok(())
 }
 
-/// Studies a scene; returns whether the study is complete, too. One that was cancelled has the
-/// trials made by then, and another study of the scene resumes it.
+/// Studies a scene; returns whether the study is complete, too. A cancelled study has the trials
+/// made by then, and another study of the scene resumes it.
 ///
 /// # Errors
-/// What the core refuses of the scene; [`Halt::Cancelled`] before the first trial.
+/// A scene that the core refuses; [`Halt::Cancelled`] before the first trial.
 pub fn study(
     loaded: &Loaded,
     plan: Plan,

@@ -14,7 +14,7 @@ use msd_scene::Loaded;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// What a study is to cover.
+/// Extent of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// Time to simulate, seconds.
@@ -23,9 +23,9 @@ pub struct Plan {
     pub wanted: Option<f64>,
     /// Time of the processor to spend on trials and timing, seconds; the reference comes on top.
     pub budget: f64,
-    /// Whether what an interrupted study left is forgotten.
+    /// Whether the rest of an interrupted study is forgotten.
     pub fresh: bool,
-    /// What the reference may be off, root mean square, as a fraction of the size of the scene.
+    /// Largest error of the reference, root mean square, as a fraction of the size of the scene.
     pub uncertainty: f64,
     /// Time of the processor after which the reference is not tightened further, seconds.
     pub patience: f64,
@@ -38,7 +38,7 @@ impl Default for Plan {
     }
 }
 
-/// What is still to be tried of one method.
+/// The remaining trials of one method.
 #[derive(Debug)]
 struct Climb {
     rungs: std::vec::IntoIter<Choice>,
@@ -53,7 +53,7 @@ const SHARE: f64 = 0.1;
 const IDLE: usize = 2;
 /// A climb ends where another trial is better at this part of the cost.
 const HOPELESS: f64 = 8.0;
-/// How often each choice is timed at most.
+/// The most times that a choice is timed.
 const ROUNDS: usize = 5;
 
 /// A study that is under way: the reference is made, and trials follow one by one, in as many
@@ -66,7 +66,7 @@ pub struct Course {
     plan: Plan,
     right: Reference,
     reliable: usize,
-    /// What was found so far.
+    /// The results so far.
     pub(super) study: Study,
     hash: String,
     spent: f64,
@@ -79,10 +79,10 @@ pub struct Course {
 }
 
 impl Course {
-    /// Makes the reference, and takes up what an interrupted study left.
+    /// Makes the reference, and resumes an interrupted study.
     ///
     /// # Errors
-    /// What the core refuses of the scene; what [`Monitor::proceed`] returns.
+    /// A scene that the core refuses; the error of [`Monitor::proceed`].
     pub fn begin(loaded: Loaded, plan: Plan, monitor: &mut dyn Monitor) -> Result<Self, Halt> {
         let scene = &loaded.scene;
         let simulation = Simulation::<f64>::new(scene, Settings::default())?;
@@ -127,7 +127,7 @@ impl Course {
     }
 
     /// Predicts which methods are to be tried, then with each call makes the next trial or times
-    /// one again: all methods climb side by side, and what is cheap comes first. Returns whether
+    /// one again. All methods climb side by side, and cheap trials come first. Returns whether
     /// there was anything to do.
     ///
     /// # Errors
@@ -153,7 +153,7 @@ impl Course {
         Ok(true)
     }
 
-    /// Removes what would let the study be taken up again.
+    /// Removes the stored trials, so that the study cannot be resumed.
     pub(super) fn forget(&self) {
         cache::remove(JOURNAL, &self.hash);
     }
@@ -174,7 +174,7 @@ impl Course {
         Ok(())
     }
 
-    /// What is to be tried of a method.
+    /// The trials to make of a method.
     fn climb(&mut self, ladder: Ladder) -> Climb {
         if ladder.fewest.is_none() && ladder.precision == PRECISIONS[0] {
             let line = format!("{}: predicted unstable here at any step", ladder.integrator);
@@ -214,7 +214,7 @@ impl Course {
         try_choice(&self.loaded.scene, choice, (&self.right, self.reliable), monitor)
     }
 
-    /// What is being done, and how far it is.
+    /// The current work, and how far it is.
     pub(super) fn progress(&self, now: String) -> Progress {
         let left = (self.plan.budget - self.spent).max(0.0);
         let [tried, all] = self.methods;
@@ -222,7 +222,7 @@ impl Course {
         Progress { now, done, parts, left: Some(left) }
     }
 
-    /// Tries one rung; returns whether the climb ends here, and what to say of it.
+    /// Tries one rung; returns whether the climb ends here, and a remark on it.
     fn climb_one(
         &mut self,
         climb: &mut Climb,
@@ -248,7 +248,7 @@ impl Course {
         let trials = &self.study.trials;
         let trial = &trials[kept.unwrap_or(trials.len() - 1)];
         climb.idle = if trial.error() < 0.8 * climb.best { 0 } else { climb.idle + 1 };
-        // What diverges on the first rungs, or adds energy, may do better on the next.
+        // A choice that diverges on the first rungs, or adds energy, may do better on the next.
         if trial.is_sound() {
             climb.best = climb.best.min(trial.error());
         } else {
@@ -286,7 +286,7 @@ impl Course {
             self.timed.1 += 1;
             let seconds = trial.cost * self.right.duration();
             let left = self.plan.budget - self.spent;
-            // Long runs average over what disturbs short ones.
+            // Long runs average over disturbances of short ones.
             if trial.errors.is_none() || left < seconds || 0.5 < seconds * round as f64 {
                 continue;
             }
@@ -307,7 +307,7 @@ fn is_steppy(friction: Friction) -> bool {
     matches!(friction, Friction::TangentialLoss(loss) if 0.0 < loss && loss < 1.0)
 }
 
-/// What is said of a scene with the friction of the source report.
+/// Remark on a scene with the friction of the source report.
 const STEPPY: &str = "A tangential_loss takes its share in every substep of \
                           contact: after contact no two settings agree, and none converges to the \
                           reference, which takes it once per impact. Coulomb friction converges.";
@@ -324,5 +324,5 @@ fn note(right: &Reference, reliable: usize, wanted: f64) -> ReferenceNote {
     }
 }
 
-/// What the cache calls the trials of a study that is not finished.
+/// Name of the trials of an unfinished study in the cache.
 const JOURNAL: &str = "study";

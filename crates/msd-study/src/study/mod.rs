@@ -12,24 +12,24 @@ use crate::space::{ErrorBalance, Space};
 use msd_core::Integrator;
 use serde::{Deserialize, Serialize};
 
-/// What came of a study: all that its report shows.
+/// Result of a study: all that its report shows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Study {
-    /// Name of the scene, and one line on what is seen.
+    /// Name of the scene.
     pub scene: String,
-    /// One line on what is seen.
+    /// One line that describes the scene.
     pub title: String,
     /// Number of particles.
     pub particles: usize,
     /// Number of springs.
     pub springs: usize,
-    /// Size of the scene, metres: what relative errors are relative to.
+    /// Size of the scene, metres: the unit of relative errors.
     pub size: f64,
     /// Time simulated, seconds.
     pub duration: f64,
     /// The error that the words are about, metres.
     pub wanted: f64,
-    /// What the trials were compared with.
+    /// The reference of the trials.
     pub reference: ReferenceNote,
     /// Times of the samples, seconds.
     pub times: Vec<f64>,
@@ -37,18 +37,18 @@ pub struct Study {
     pub energies: Vec<f64>,
     /// The trials.
     pub trials: Vec<Trial>,
-    /// What was not tried, and why, one line each.
+    /// The choices that were not tried, and why, one line each.
     pub left_out: Vec<String>,
     /// Largest stable substeps, predicted and observed.
     pub limits: Vec<Limit>,
-    /// What stiffness and damping each method delivers.
+    /// The effective stiffness and damping of each method.
     pub audit: Vec<Audit>,
     /// The error of space: from [`conduct::add_space`], or as it was last found.
     pub space: Option<Space>,
-    /// The errors of space, time and precision of the scene as it is set; none without
+    /// The errors of space, time and precision of the scene at its own settings; none without
     /// [`conduct::add_space`].
     pub balance: Option<ErrorBalance>,
-    /// What it all means, in plain words.
+    /// The conclusions, in plain words.
     pub words: String,
     /// The machine, in words.
     pub machine: String,
@@ -56,7 +56,7 @@ pub struct Study {
     pub date: String,
 }
 
-/// What the trials of a study were compared with.
+/// The reference of the trials of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceNote {
     /// Tolerance of Dormand-Prince; 0 where a closed form was used.
@@ -67,7 +67,7 @@ pub struct ReferenceNote {
     pub uncertainty: f64,
     /// Time up to which particles were compared, seconds; later only energy and centre of mass.
     pub reliable_until: f64,
-    /// Where the scene becomes chaotic at the wanted error, seconds.
+    /// The time at which the scene becomes chaotic at the wanted error, seconds.
     pub horizon: Option<f64>,
     /// Time of the processor that it took, seconds.
     pub seconds: f64,
@@ -97,7 +97,7 @@ impl Study {
         rows.filter(|trial| trial.cost <= cost).min_by(|a, b| a.error().total_cmp(&b.error()))
     }
 
-    /// What is known of the error of space, which the trials leave out, in a line.
+    /// The estimate of the error of space, which the trials leave out, in a line.
     pub fn space_line(&self) -> String {
         match (&self.balance, &self.space) {
             (Some(_), Some(space)) => space.words(),

@@ -6,7 +6,7 @@ use crate::study::Study;
 use msd_core::Integrator;
 use msd_scene::Precision;
 
-/// Says what to use, what more accuracy costs and what never pays.
+/// Recommends a choice, and states the price of more accuracy and the choices that never pay.
 pub fn words(study: &Study) -> String {
     let mut said = vec![recommendation(study, study.wanted)];
     if let Some(chosen) = cheapest(study, study.wanted) {
@@ -142,7 +142,7 @@ fn caveats(study: &Study) -> Vec<String> {
     said
 }
 
-/// How many of the settings that were tried are sources of energy; `None` where none is.
+/// The number of tried settings that are sources of energy, in words; `None` where none is.
 pub fn sources(study: &Study) -> Option<String> {
     let count = study.trials.iter().filter(|trial| 0.0 < trial.gained).count();
     match count {
@@ -152,7 +152,7 @@ pub fn sources(study: &Study) -> Option<String> {
     }
 }
 
-/// How far off a trial is, as far as the reference can tell.
+/// The error of a trial, as far as the reference can resolve it.
 pub fn off(study: &Study, trial: &Trial) -> String {
     let uncertainty = study.reference.uncertainty;
     if 0.0 < trial.gained {

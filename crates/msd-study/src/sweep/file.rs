@@ -89,7 +89,7 @@ pub(crate) fn read(path: &Path) -> Result<SweepFile, FileError> {
     })
 }
 
-/// The words of a sweep for the errors of what scene files use too.
+/// The words of a sweep for errors that it shares with scene files.
 fn in_a_sweep(error: FileError) -> FileError {
     let sweep = |table: String| if table == "the scene" { "the sweep".into() } else { table };
     match error {

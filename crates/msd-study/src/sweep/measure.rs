@@ -12,7 +12,7 @@ use msd_scene::{Loaded, Precision, state_hash};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 
-/// What came of a cell.
+/// Result of a cell.
 pub(super) struct Measured {
     pub(super) settings: Settings,
     pub(super) precision: Precision,
@@ -31,11 +31,11 @@ pub(super) struct Measured {
     pub(super) state_hash: u64,
     pub(super) diverged: Option<Divergence>,
     pub(super) comparison: Option<Comparison>,
-    /// Why there is no comparison.
+    /// The reason why there is no comparison.
     pub(super) note: Option<String>,
 }
 
-/// How wrong a cell is.
+/// Error of a cell.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Comparison {
     pub(super) errors: Errors,
@@ -66,7 +66,7 @@ fn count_steps(settings: Settings, duration: f64) -> u64 {
     (duration / settings.step).round().max(1.0) as u64
 }
 
-/// Whether a step ends at a frame of 1/60 s.
+/// Returns whether a step ends at a frame of 1/60 s.
 pub(super) fn meets_frames(settings: Settings, duration: f64) -> bool {
     let steps = count_steps(settings, duration);
     let mut frames = 1..=frames_of(duration);
@@ -76,7 +76,7 @@ pub(super) fn meets_frames(settings: Settings, duration: f64) -> bool {
 /// References in use, so that the threads of a process that need the same one make it once.
 pub(super) struct References {
     slots: Mutex<Vec<(String, Slot)>>,
-    /// How many are kept: cells that share one follow each other.
+    /// Number of references that are kept: cells that share one follow each other.
     kept: usize,
 }
 
@@ -103,8 +103,8 @@ impl References {
 /// Runs a scene and measures it, against a reference if there is a slot for one.
 ///
 /// # Errors
-/// What [`Runner::new`] refuses; what [`Monitor::proceed`] returns. A run that diverges is a
-/// result, not an error.
+/// The errors of [`Runner::new`] and [`Monitor::proceed`]. A run that diverges is a result, not an
+/// error.
 pub(super) fn measure(
     loaded: &Loaded,
     (duration, slot): (f64, Option<&Slot>),

@@ -1,6 +1,5 @@
-//! Sweeps of a scene over a grid of its keys. Every cell is a run of its own with a file of its
-//! own, so that a sweep can be stopped, resumed and spread over machines, see
-//! `docs/reference/sweeps.md`.
+//! Sweeps of a scene over a grid of its keys. Every cell is a separate run with a separate file, so
+//! that a sweep can be stopped, resumed and spread over machines. See `docs/reference/sweeps.md`.
 //!
 //! ```no_run
 //! use msd_study::sweep::{Store, Sweep};

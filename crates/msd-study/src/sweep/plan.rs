@@ -28,7 +28,7 @@ pub struct Sweep {
 pub struct Cell {
     /// Its number in the grid, from 0; the last key of the grid runs fastest.
     pub number: usize,
-    /// What it is, 16 hexadecimal digits: the same cell has the same hash in every sweep.
+    /// Its identity, 16 hexadecimal digits: the same cell has the same hash in every sweep.
     pub hash: String,
     /// The hash without solver keys: cells that share it share a reference.
     pub(crate) scene_hash: String,
@@ -40,7 +40,7 @@ impl Sweep {
     /// Reads a sweep file and its scene; cells are checked by [`Sweep::load`].
     ///
     /// # Errors
-    /// What is wrong in the sweep file, by place and key; a scene that cannot be read.
+    /// A mistake in the sweep file, by place and key; a scene that cannot be read.
     pub fn open(path: &Path) -> Result<Self, FileError> {
         let file = read(path)?;
         let draft = Draft::open(Path::new(&file.scene), &file.folder);
@@ -103,7 +103,7 @@ impl Sweep {
         let mut cell = Cell { number, hash: String::new(), scene_hash: String::new(), choices };
         let mut source = self.source(&cell)?;
         let Value::Table(rows) = &mut source.root.value else { return Ok(cell) };
-        // What a scene is called in words changes no number.
+        // The title of a scene changes no number.
         rows.retain(|row| row.0 != "title");
         cell.hash = self.hash(&source.root.value);
         if let Value::Table(rows) = &mut source.root.value {
@@ -234,7 +234,7 @@ impl Sweep {
         self.explain(FileError::Core { file, source: Box::new(error) }, cell)
     }
 
-    /// Says of what is wrong in a scene which value of the grid it is.
+    /// Adds to an error of a scene which value of the grid caused it.
     fn explain(&self, error: FileError, cell: &Cell) -> FileError {
         let place = |key: &str| -> Option<Place> {
             let mut axes = self.file.axes.iter().zip(&cell.choices);
@@ -249,7 +249,7 @@ impl Sweep {
     }
 }
 
-/// What the values of a key have in common.
+/// The common kind of the values of a key.
 fn kind(axis: &Axis) -> Kind {
     let all = |is: fn(&Value) -> bool| axis.values.iter().all(|(value, _)| is(value));
     if all(|value| matches!(value, Value::Whole(number) if i64::try_from(*number).is_ok())) {
@@ -290,7 +290,7 @@ fn mesh_files(root: &Value) -> Vec<&str> {
     files
 }
 
-/// What to say to one who sweeps a link.
+/// Advice to a user who sweeps a link.
 fn hint(scene: &str) -> &'static str {
     match scene.contains("#scene=") {
         true => "; a sweep takes no link: save the scene in the window and name the file",

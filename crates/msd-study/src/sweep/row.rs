@@ -1,4 +1,4 @@
-//! The row of a cell: its columns, and how each follows from what was measured.
+//! The row of a cell: its columns, and the way from measurements to each.
 
 use crate::measure::machine;
 use crate::sweep::measure::{Comparison, Measured};
@@ -73,7 +73,7 @@ fn text(value: impl std::fmt::Display) -> Datum {
     Datum::Text(value.to_string())
 }
 
-/// What only methods with a fixed substep have.
+/// A value that only methods with a fixed substep have.
 fn fixed(settings: Settings, value: Datum) -> Datum {
     if settings.integrator.is_adaptive() { Datum::Nothing } else { value }
 }
@@ -105,7 +105,7 @@ pub(super) fn columns(sweep: &Sweep) -> Vec<Column> {
     columns
 }
 
-/// The values of a cell up to those of the grid: what is known before it runs.
+/// The values of a cell up to those of the grid, which are known before it runs.
 pub(super) fn head(sweep: &Sweep, cell: &Cell) -> Vec<Datum> {
     let number = i64::try_from(cell.number).map_or(Datum::Nothing, Datum::Whole);
     let mut row = vec![number, text(&cell.hash), text(sweep.scene())];

@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-/// What came of a sweep, or of the part of it that was asked for.
+/// Result of a sweep, or of the requested part of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Summary {
     /// Cells that were run now.
@@ -110,7 +110,7 @@ impl Monitor for Shared<'_, '_> {
     fn report(&mut self, _: Progress) {}
 
     fn proceed(&mut self) -> Result<(), Halt> {
-        // Where another thread asks at the moment, the next step is soon enough.
+        // Where another thread asks now, the next step is soon enough.
         self.0.try_lock().map_or(Ok(()), |mut monitor| monitor.proceed())
     }
 }
@@ -119,12 +119,12 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Work of a cell in spring updates, roughly: good enough to tell minutes from hours.
+/// Work of a cell in spring updates, roughly: accurate enough to separate minutes from hours.
 fn expected_work(sweep: &Sweep, loaded: &Loaded) -> f64 {
     let settings = loaded.settings;
     let substeps = f64::from(settings.substeps);
     let (substeps, evaluations) = match settings.integrator {
-        // How many substeps it will take is not known.
+        // The number of its substeps is not known in advance.
         Integrator::DormandPrince => (10.0, 7.0),
         Integrator::BackwardEuler | Integrator::ImplicitMidpoint => {
             (substeps, 30.0 * f64::from(settings.newton))
@@ -138,7 +138,7 @@ fn expected_work(sweep: &Sweep, loaded: &Loaded) -> f64 {
     steps * substeps * evaluations * rows as f64
 }
 
-/// How long it may still take, by what was done and what is left.
+/// Remaining time, by the work that was done and the work that is left.
 struct Remaining {
     start: Instant,
     total: f64,
@@ -150,7 +150,7 @@ impl Remaining {
         Remaining { start: Instant::now(), total, done: Mutex::new(0.0) }
     }
 
-    /// Adds what was done; returns the time that is left, seconds.
+    /// Adds finished work; returns the remaining time, seconds.
     fn done(&self, work: f64) -> f64 {
         let mut done = lock(&self.done);
         *done += work;

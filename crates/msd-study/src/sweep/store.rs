@@ -67,7 +67,8 @@ impl Store {
         if value("hash")? != Datum::Text(cell.hash.clone()) {
             return None;
         }
-        // The number of a cell and the keys of the grid are those of now: a sweep may have grown.
+        // The number of a cell and the keys of the grid are the current ones: a sweep may have
+        // grown.
         let mut now = row::head(sweep, cell);
         for column in &self.columns[now.len()..] {
             now.push(value(&column.name)?);
@@ -94,7 +95,7 @@ impl Store {
     /// many are missing.
     ///
     /// # Errors
-    /// What [`Sweep::cell`] refuses.
+    /// The error of [`Sweep::cell`].
     pub fn collect(&self, sweep: &Sweep) -> Result<(Table, usize), FileError> {
         let mut rows = Vec::new();
         for number in 0..sweep.len() {

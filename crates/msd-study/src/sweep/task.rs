@@ -1,4 +1,4 @@
-//! A cell as a value of its own: what a worker needs to make its row without a file.
+//! A cell as a separate value: all that a worker needs to make its row without a file.
 
 use crate::monitor::{Halt, Monitor};
 use crate::sweep::measure::{References, measure};
@@ -31,7 +31,7 @@ impl Task {
     /// The task of a cell, which is checked.
     ///
     /// # Errors
-    /// What [`Sweep::load`] refuses; a scene that names a mesh file, as its text does not hold it.
+    /// The error of [`Sweep::load`]; a scene that names a mesh file, as its text does not hold it.
     pub fn of(sweep: &Sweep, cell: &Cell) -> Result<Self, FileError> {
         sweep.load(cell)?;
         let (text, keys) = (sweep.text(cell)?, sweep.grid_columns().into_iter());
@@ -52,7 +52,7 @@ impl Task {
     /// file but the cache of references.
     ///
     /// # Errors
-    /// A scene that cannot be run; what [`Monitor::proceed`] returns.
+    /// A scene that cannot be run; the error of [`Monitor::proceed`].
     pub fn run(&self, monitor: &mut dyn Monitor) -> Result<Vec<(String, Datum)>, Halt<FileError>> {
         let draft = self.draft();
         let loaded = draft.load(&draft.source()?)?;

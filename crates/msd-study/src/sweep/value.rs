@@ -21,7 +21,7 @@ const RANGE_KEYS: [&str; 5] = ["from", "to", "count", "scale", "whole"];
 const EXPECTED: &str =
     "a list of values, or a range such as { from = 1, to = 100, count = 3, scale = \"log\" }";
 
-/// A value of the grid on its way to an axis: its key in the sweep file, where, and what.
+/// A value of the grid on its way to an axis: its key in the sweep file, its place, and itself.
 pub(crate) struct Entry<'n> {
     pub(crate) key: String,
     pub(crate) offset: Option<usize>,
@@ -41,7 +41,7 @@ impl Entry<'_> {
     /// Adds the axes of this entry: one, or one for each key of a table.
     ///
     /// # Errors
-    /// A key that is none, a value that is no list or range, an empty list, a value given twice.
+    /// An unknown key, a value that is not a list or range, an empty list, a value given twice.
     pub(crate) fn add_to(
         &self,
         axes: &mut Vec<Axis>,
@@ -219,7 +219,7 @@ fn add_canonical(value: &Value, bytes: &mut Vec<u8>) {
     match value {
         Value::Nothing | Value::Any => bytes.push(b'0'),
         Value::Flag(flag) => bytes.extend([b'f', u8::from(*flag)]),
-        // A whole number beyond 2^53 stays what it is.
+        // A whole number beyond 2^53 keeps its value.
         Value::Whole(number) if (*number as f64) as i128 != *number => {
             add_text(b'w', &number.to_le_bytes());
         }

@@ -1,4 +1,4 @@
-//! Trials of what a search has found at another state of the scene: that of a run to step by it.
+//! Trials of found choices at another state of the scene: that of a run to step by them.
 
 use super::{Goal, UNLUCKY, hurried};
 use crate::candidates::choice::{Choice, FRAME};
@@ -9,7 +9,7 @@ use crate::quantity::estimate;
 use msd_core::Scene;
 use serde::{Deserialize, Serialize};
 
-/// What came of it.
+/// Result of the trials.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Elsewhere {
     /// The trial of the first choice that serves the goal there too; none where none does.
@@ -18,13 +18,14 @@ pub struct Elsewhere {
     pub refused: Vec<(Choice, String)>,
 }
 
-/// Tries choices that were found, the best first, in a `scene` that is at another state: for the
-/// `lasting` seconds that it must stay in the world there and add no energy, and against a
-/// reference for the `duration` over which its error counts, seconds. A deadline ends the trial,
-/// and those that are left are not tried.
+/// Tries choices that were found, the best first, in a `scene` that is at another state.
+///
+/// A choice must stay in the world there and add no energy for the `lasting` seconds. Its error
+/// against a reference counts for the `duration`, seconds. A deadline ends the trial, and the rest
+/// are not tried.
 ///
 /// # Errors
-/// What the core refuses of the scene; [`Halt::Cancelled`].
+/// A scene that the core refuses; [`Halt::Cancelled`].
 pub fn retry(
     scene: &Scene,
     choices: &[Choice],

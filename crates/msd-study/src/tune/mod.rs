@@ -22,7 +22,7 @@ pub use report::{ChoiceReport, TuneReport};
 pub use solver_section::{put, with_choice};
 pub use spacing::{FoundSpacing, TunedSpacing, tune_spacing};
 
-/// What is asked for.
+/// The goal of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Goal {
@@ -42,7 +42,7 @@ impl Goal {
     }
 }
 
-/// A choice with what was predicted of it and what was found.
+/// A choice with its predictions and its results.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Found {
     /// The trial that verified it.
@@ -52,10 +52,10 @@ pub struct Found {
     pub predicted_error: Option<f64>,
 }
 
-/// What came of tuning.
+/// Result of tuning.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tuned {
-    /// What was asked for.
+    /// The goal that was asked for.
     pub goal: Goal,
     /// The choice, or the nearest where nothing meets the goal.
     pub best: Found,
@@ -70,13 +70,14 @@ pub struct Tuned {
     /// Time up to which particles could be compared, seconds: further on the reference is not
     /// certain enough, or the scene is chaotic.
     pub compared: f64,
-    /// Where the scene becomes chaotic at the error delivered, seconds; none if it does not.
+    /// The time at which the scene becomes chaotic at the error delivered, seconds; none if it does
+    /// not.
     pub horizon: Option<f64>,
     /// Tolerance of the reference; 0 where it is a closed form.
     pub reference_tolerance: f64,
-    /// How many choices were tried.
+    /// Number of choices that were tried.
     pub tried: usize,
-    /// Whether its time was over before all that is worth a trial was tried.
+    /// Whether its time was over before all choices that are worth a trial were tried.
     pub is_cut_short: bool,
 }
 
@@ -87,7 +88,7 @@ impl Tuned {
         matches!(self.goal, Goal::MaxError(error) if !self.met && self.best.trial.is_within(error))
     }
 
-    /// Why nothing meets what was asked for, in words.
+    /// The reason why no choice meets the goal, in words.
     pub fn verdict(&self) -> &'static str {
         match (self.is_undecided(), self.is_cut_short) {
             (true, _) => {
@@ -101,7 +102,7 @@ impl Tuned {
 
 /// The part of the time of a search after which its reference is not tightened further.
 const REFERENCE: f64 = 0.3;
-/// How much better than asked the search aims: what is left of the reference's own error must fit.
+/// Factor by which the search aims below the goal: the remaining error of the reference must fit.
 const AIM: f64 = 0.8;
 /// A method is given up where another is as good at this part of its cost.
 const HOPELESS: f64 = 4.0;
@@ -109,14 +110,14 @@ const HOPELESS: f64 = 4.0;
 const LEAST_PATIENCE: f64 = 0.05;
 /// The most trials of one method.
 const TRIALS: usize = 8;
-/// How much over a budget a single timing may be for what is within it.
+/// Factor by which a single timing of a choice within a budget may exceed it.
 const UNLUCKY: f64 = 1.3;
 
 /// Tunes a scene over some seconds. A search that the monitor ends returns the best by then.
 ///
 /// # Errors
-/// What the core refuses of the scene; what [`Monitor::proceed`] returns before the end of the
-/// first trial.
+/// A scene that the core refuses; an error of [`Monitor::proceed`] before the end of the first
+/// trial.
 pub fn tune(
     scene: &Scene,
     duration: f64,
@@ -128,7 +129,7 @@ pub fn tune(
         return Ok(tuned);
     }
     // Dormand-Prince cannot be judged near the tolerance of its reference: a tighter one lets it
-    // try what the first did not.
+    // try the tolerances that the first could not judge.
     match tune_by(scene, (duration, 0.0002), goal, monitor) {
         Err(Halt::Cancelled | Halt::Deadline) => Ok(Tuned { is_cut_short: true, ..tuned }),
         Ok(again) if again.met => Ok(again),
@@ -147,7 +148,7 @@ fn tune_by(
     let size = size_of(scene)?;
     let wanted = match goal {
         Goal::MaxError(error) => error,
-        // What a budget buys is not known yet: a reference good enough for most of it.
+        // The accuracy for a budget is not known yet: a reference good enough for most of it.
         Goal::Budget(_) => 1e-6 * size,
     };
     let uncertainty = (part * wanted / size).clamp(1e-11, 1e-4);
@@ -176,15 +177,15 @@ fn tune_by(
     search.decide(ended, monitor)
 }
 
-/// What a search wants of its reference, which is not tightened further after a part of the time
+/// The wish for the reference of a search, which is not tightened further after a part of the time
 /// that the search may take.
 fn hurried(duration: f64, uncertainty: f64, monitor: &dyn Monitor) -> Wish {
     let wish = Wish { duration, uncertainty, ..Wish::default() };
     Wish { patience: wish.patience.min(REFERENCE * monitor.time_limit()), ..wish }
 }
 
-/// Ladders with what always arrives first and then what wins most often: the others can be given up
-/// early.
+/// Sorts ladders: first the method that always arrives, then those that win most often, so that the
+/// others can be given up early.
 fn in_order_of_merit(mut ladders: Vec<Ladder>) -> Vec<Ladder> {
     let merit = |integrator| match integrator {
         Integrator::VelocityVerlet => 1,
@@ -208,19 +209,19 @@ struct Search<'a> {
     right: &'a Reference,
     reliable: usize,
     goal: Goal,
-    /// Whether the reference is good enough to tell at all.
+    /// Whether the reference is accurate enough for any verdict.
     certain: bool,
     /// Ladders that were climbed, and all of them.
     methods: [usize; 2],
     /// The best of each ladder.
     found: Vec<Found>,
-    /// Cost and error of every trial; of one that is not sound the error is infinite.
+    /// Cost and error of every trial; the error of an unsound one is infinite.
     seen: Vec<(f64, f64)>,
 }
 
 impl Search<'_> {
-    /// Looks for the best choice of one method and precision; what was tried before it was ended
-    /// counts.
+    /// Looks for the best choice of one method and precision; trials made before an early end
+    /// count.
     fn climb(&mut self, ladder: Ladder, monitor: &mut dyn Monitor) -> Result<(), Halt> {
         let (mut trials, mut predicted) = (Vec::new(), Vec::new());
         let tried = self.try_all(ladder, (&mut trials, &mut predicted), monitor);
@@ -235,7 +236,7 @@ impl Search<'_> {
         tried
     }
 
-    /// Tries what is worth it; notes what error each trial was predicted to have, metres.
+    /// Tries the choices that are worth it; notes the predicted error of each, metres.
     fn try_all(
         &mut self,
         ladder: Ladder,
@@ -253,7 +254,7 @@ impl Search<'_> {
             }
             let (now, done) = (choice.to_string(), self.seen.len());
             monitor.report(Progress { now, done, parts: Some(self.methods), left: None });
-            // A precision that cannot hold the scene is no choice for it.
+            // A precision that cannot hold the scene is not a choice for it.
             let Some(trial) = self.attempt(choice, monitor)? else { break };
             let error = if trial.is_sound() { trial.error() } else { f64::INFINITY };
             self.seen.push((trial.cost, error));
@@ -283,12 +284,13 @@ impl Search<'_> {
         let Goal::Budget(budget) = self.goal else {
             return Ok(Some(Fineness::Substeps(fewest)));
         };
-        // As fine as the budget allows, from what a few frames of the coarsest cost.
+        // As fine as the budget allows, by the cost of a few frames of the coarsest.
         let frames = frames_of(self.right.duration()).min(6);
         let coarsest = ladder.choice(Fineness::Substeps(fewest));
         let cost = time_choice(self.scene, coarsest, frames, monitor);
         let Some(cost) = unless_refused(cost)? else { return Ok(None) };
-        // What takes much longer than the reference is below its uncertainty: nothing to choose by.
+        // A run that takes much longer than the reference is below its uncertainty: nothing to
+        // choose by.
         let patience = (2.0 * self.right.seconds).max(0.5) / self.right.duration();
         let factor = (budget / FRAME).min(patience) / cost;
         let substeps = (f64::from(fewest) * factor).floor().min(1e6) as u32;
@@ -296,8 +298,8 @@ impl Search<'_> {
         Ok(Some(Fineness::Substeps(substeps.max(fewest))))
     }
 
-    /// Whether all that is left of a ladder costs too much: more than what was found already, much
-    /// more than what is as good, or so much that the reference itself was cheaper.
+    /// Returns whether all that is left of a ladder costs too much: more than the best so far, much
+    /// more than an equally good choice, or so much that the reference itself was cheaper.
     fn is_hopeless(&self, trials: &[Trial]) -> bool {
         let (Goal::MaxError(_), Some(last)) = (self.goal, trials.last()) else { return false };
         if self.meets(last) {
@@ -386,7 +388,7 @@ impl Search<'_> {
     /// before the last ladder, if it did.
     fn decide(mut self, ended: Option<Halt>, monitor: &mut dyn Monitor) -> Result<Tuned, Halt> {
         let frames = frames_of(self.right.duration());
-        // In a budget what missed it by a little may have been unlucky.
+        // A choice that missed a budget by a little may have been unlucky.
         let good = |row: &usize| {
             let trial = &self.found[*row].trial;
             let near =
@@ -432,7 +434,7 @@ impl Search<'_> {
     }
 }
 
-/// The error of the most patient method tells best why a scene cannot be run.
+/// The error of the most patient method explains best why a scene cannot be run.
 fn nothing_runs(scene: &Scene) -> Error {
     let run = || -> Result<(), Error> {
         let settings = exact(scene, 1e-4)?.settings();

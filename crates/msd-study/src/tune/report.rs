@@ -5,7 +5,7 @@ use crate::tune::{Found, Goal, Tuned};
 use msd_scene::SetKeys;
 use serde::Serialize;
 
-/// What tuning found; the keys of `msd tune --json`.
+/// Result of tuning; the keys of `msd tune --json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct TuneReport {
     /// Name of the scene.
@@ -18,7 +18,7 @@ pub struct TuneReport {
     pub compared_until: f64,
     /// Time after which the scene is chaotic, seconds; `None` if it is not.
     pub chaotic_after: Option<f64>,
-    /// What was asked for.
+    /// The goal that was asked for.
     pub goal: Goal,
     /// Whether `best` meets it.
     pub met: bool,
@@ -27,7 +27,7 @@ pub struct TuneReport {
     pub best: ChoiceReport,
     /// The best of another method or precision that meets the goal too.
     pub runner_up: Option<ChoiceReport>,
-    /// What the reference is certain to, metres.
+    /// Uncertainty of the reference, metres.
     pub reference_uncertainty: f64,
     /// Settings that were tried.
     pub tried: usize,
@@ -81,7 +81,7 @@ pub struct ChoiceReport {
 }
 
 impl ChoiceReport {
-    /// A choice that was found, its errors no finer than what the reference is certain to, metres.
+    /// A choice that was found; its errors are at least the uncertainty of the reference, metres.
     pub fn new(found: &Found, uncertainty: f64) -> Self {
         let Found { trial, predicted_error } = found;
         let Choice { integrator, fineness, precision } = trial.choice;

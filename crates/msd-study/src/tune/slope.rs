@@ -19,8 +19,8 @@ pub(super) fn predict(trials: &[Trial], fineness: Fineness, ladder: Ladder) -> O
     Some(last.error() * (-order(trials, ladder) * doublings).exp2())
 }
 
-/// Whether the last two trials were no better than one before them: rounding rules, or contact. One
-/// alone may be bad luck: where an impact falls within a substep decides.
+/// Returns whether the last two trials were no better than one before them: rounding rules, or
+/// contact. One alone may be bad luck: the moment of an impact within a substep decides.
 pub(super) fn is_stuck(trials: &[Trial], wanted: f64) -> bool {
     let [earlier @ .., before, last] = trials else { return false };
     let best = earlier.iter().map(Trial::error).fold(f64::INFINITY, f64::min);

@@ -1,5 +1,5 @@
-//! The solver section of a scene file, rewritten for a choice; what else its author wrote stays,
-//! comments too.
+//! The solver section of a scene file, rewritten for a choice; the rest of the file stays, comments
+//! too.
 
 use crate::candidates::choice::{Choice, Fineness};
 use msd_scene::schema::SolverRow;
@@ -9,14 +9,14 @@ use toml_edit::{Item, TableLike, Value};
 /// Rewrites the solver section of a scene file so that it asks for a choice.
 ///
 /// # Errors
-/// Text that is no scene file, see [`msd_scene::read`].
+/// Text that is not a scene file, see [`msd_scene::read`].
 pub fn with_choice(
     text: &str,
     format: SceneFormat,
     name: &str,
     choice: Choice,
 ) -> Result<String, FileError> {
-    // Refuses what is wrong with the words of a reader of scenes, not of an editor.
+    // Refuses mistakes with the words of a reader of scenes, not of an editor.
     read(text, format, name)?;
     let written = rewritten(text, format, name, choice)?;
     // The editors end lines as Unix does.
@@ -46,7 +46,7 @@ fn rewritten(
             Ok(file.to_string())
         }
         SceneFormat::Json => {
-            // The mark of the byte order, which some editors put first, is no part of JSON.
+            // The byte order mark, which some editors put first, is not a part of JSON.
             let text = text.trim_start_matches('\u{feff}');
             let mut file: serde_json::Value =
                 serde_json::from_str(text).map_err(|error| refused(error.to_string()))?;
@@ -65,7 +65,7 @@ fn rewritten(
     }
 }
 
-/// Sets a key of a table of a scene file; what is written beside its old value stays.
+/// Sets a key of a table of a scene file; a comment beside its old value stays.
 pub fn put(table: &mut dyn TableLike, key: &str, mut value: Value) {
     match table.get_mut(key).and_then(Item::as_value_mut) {
         Some(old) => {

@@ -16,14 +16,14 @@ use msd_scene::{Draft, FileError};
 pub struct TunedSpacing {
     /// The error asked for, metres.
     pub wanted: f64,
-    /// What is known of the error of space.
+    /// The estimate of the error of space.
     pub space: Space,
-    /// What the limit of ever finer spacings may be off, metres: the goal is met where that and a
-    /// verified error together are within it. Infinite where no limit is known over all of the
+    /// Uncertainty of the limit of ever finer spacings, metres: the goal is met where that and a
+    /// verified error together are within it. Infinite where the limit is not known over all of the
     /// time.
     pub doubt: f64,
-    /// The coarsest spacing that meets the goal, or else the last that was tried; none where the
-    /// error of space, with what it may be off, is too large at all that were run.
+    /// The coarsest spacing that meets the goal, or else the last that was tried. None where the
+    /// error of space, with its uncertainty, is too large at all spacings that were run.
     pub found: Option<FoundSpacing>,
 }
 
@@ -36,7 +36,7 @@ pub struct FoundSpacing {
     pub rows: Option<SceneFile>,
     /// Error of space at that spacing, metres.
     pub space_error: f64,
-    /// The choice, tuned at that spacing to what the error of space leaves.
+    /// The choice, tuned at that spacing to the error that the error of space leaves.
     pub tuned: Tuned,
     /// Root mean square distance of the particles from the limit of ever finer spacings, in a run
     /// of the choice at that spacing: space, time and precision together, metres.
@@ -59,8 +59,7 @@ impl FoundSpacing {
 /// Tunes a scene to an error against the limit of ever finer spacings.
 ///
 /// # Errors
-/// A body that has no spacing; what the core refuses of the scene; what [`Monitor::proceed`]
-/// returns.
+/// A body that has no spacing; a scene that the core refuses; the error of [`Monitor::proceed`].
 pub fn tune_spacing(
     draft: &Draft,
     plan: SpacePlan,
@@ -107,8 +106,8 @@ pub fn tune_spacing(
     Ok(result)
 }
 
-/// What the limit of ever finer spacings may be off, metres, infinite where it is not known over
-/// all of the time, and whether the errors of spacings are no more than that bound.
+/// The uncertainty of the limit of ever finer spacings, metres, infinite where the limit is not
+/// known over all of the time; and whether it is only a bound of the errors of spacings.
 fn doubt(space: &Space) -> (f64, bool) {
     match space.verdict {
         Verdict::Known { band, until, .. } if space.duration <= until + 1e-9 => (band, false),
@@ -118,7 +117,7 @@ fn doubt(space: &Space) -> (f64, bool) {
 }
 
 /// The largest root mean square distance of points from a course, in a run of a choice, metres;
-/// infinite for one that leaves the world.
+/// infinite for a run that leaves the world.
 fn distance(
     (scene, points): (&Scene, &[usize]),
     choice: Choice,

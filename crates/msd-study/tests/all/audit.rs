@@ -1,4 +1,4 @@
-//! The audit finds what theory says each method delivers, and the limits where they are.
+//! The audit finds the values of theory for each method, and the limits in their places.
 
 use msd_core::glam::DVec2;
 use msd_core::{Integrator, Material, Scene, World, shape};

@@ -1,4 +1,4 @@
-//! The material that bodies amount to, against what they were made of.
+//! The effective material of bodies, against the material that they were given.
 
 use msd_core::Scene;
 use msd_scene::{SceneFormat, parse};

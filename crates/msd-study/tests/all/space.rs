@@ -1,4 +1,4 @@
-//! The error of space is what a closed form says it is, and advice and tuning follow from it.
+//! The error of space agrees with a closed form, and advice and tuning follow from it.
 
 use msd_core::glam::DVec3;
 use msd_run::Runner;
@@ -15,7 +15,7 @@ const LENGTH: f64 = 1.0;
 const SOUND: f64 = 10.0;
 const RELAXATION: f64 = 4e-3;
 const GRAVITY: f64 = 9.82;
-/// Cells of the bar as it is written.
+/// Cells of the bar as written.
 const CELLS: usize = 10;
 const DURATION: f64 = 0.5;
 
@@ -38,8 +38,8 @@ fn draft(text: &str) -> Draft {
     Draft::open(Path::new("scene.toml"), folder.path()).unwrap()
 }
 
-/// Where the point of the bar that was at `x` is at a time, by its modes: each an oscillator with
-/// damping ratio w τ/2 under a constant load. Springs in line are linear, so that this is exact.
+/// Position of the point of the bar that was at `x`, at a time, by its modes: each an oscillator
+/// with damping ratio w τ/2 under a constant load. Springs in line are linear, so this is exact.
 fn exact(x: f64, time: f64) -> f64 {
     let mode = |n: usize| {
         let k = (n as f64 - 0.5) * std::f64::consts::PI / LENGTH;
@@ -60,7 +60,7 @@ fn exact(x: f64, time: f64) -> f64 {
     x + (1..=2000).map(mode).sum::<f64>()
 }
 
-/// Root mean square distance of the points of the bar as it is written from where they should be;
+/// Root mean square distance of the points of the bar as written from their exact positions;
 /// `positions` are those of a bar of so many parts to a cell.
 fn off(positions: &[DVec3], parts: usize, time: f64) -> f64 {
     let points = 0..=CELLS;
@@ -96,7 +96,7 @@ fn the_error_of_space_of_a_hanging_bar_is_that_of_the_closed_form() {
     assert!(is_seen && (order - 2.0).abs() < 0.15, "{order}");
     assert!((until - DURATION).abs() < 1e-9);
     assert_eq!((space.points, space.spacings.len()), (CELLS + 1, 3));
-    // The same bar at half the spacing has the error that was told of it.
+    // The same bar at half the spacing has the error that was predicted for it.
     let finer = found(2 * CELLS).error().unwrap();
     let told = space.spacings[1].error.unwrap();
     assert!((finer / told - 1.0).abs() < 0.3, "{finer} {told}");
@@ -128,7 +128,7 @@ fn advice(text: &str, duration: f64) -> (String, msd_study::Study) {
 
 #[test]
 fn a_block_that_falls_freely_loses_nothing_by_its_spacing() {
-    // What the runs differ by is the error of time that their tolerance leaves.
+    // The runs differ by the error of time that their tolerance leaves.
     let text = "version = 1\n[solver]\nprecision = 'f64'\n[[bodies]]\nkind = 'block'\n\
                 size = [2, 5, 2]\nspacing = 0.1\nyoung = 1e5\ndensity = 1000\n";
     let plan = SpacePlan { duration: 0.25, ..SpacePlan::default() };

@@ -1,4 +1,4 @@
-//! The reference is right, errors are what they say, and tuning delivers.
+//! The reference is right, errors are as stated, and tuning delivers.
 
 use msd_core::glam::{DMat3, DVec3};
 use msd_core::scene::Shell;
@@ -76,7 +76,7 @@ fn free_fall_has_a_reference_in_closed_form() {
     assert!((last.positions[1].x - 3.0).abs() < 1e-12);
 }
 
-/// A small cloth above a larger one that is pinned, both with a thickness.
+/// A small cloth above a larger, pinned one, both with a thickness.
 fn sheets() -> Scene {
     let material = Material { mass: 0.1, stiffness: 200.0, damping: 0.5 };
     let mut scene = Scene::default();
@@ -205,7 +205,7 @@ fn a_source_of_energy_is_measured_and_is_no_choice_however_near_it_is() {
     let fine = try_choice(&scene, fine, (&right, 1), &mut ()).unwrap();
     assert!(fine.is_sound() && fine.gained == 0.0, "{}", fine.gained);
     let mut studied = study(&cloth(), quick(), &mut ()).unwrap().0;
-    // As near as can be and cheaper than all others: only what it adds speaks against it.
+    // As near as can be and cheaper than all others: only its added energy speaks against it.
     let best = Trial { cost: 1e-12, errors: Some(Errors::default()), ..loose };
     studied.trials.push(best);
     let row = studied.trials.len() - 1;
@@ -240,7 +240,7 @@ fn what_was_found_is_passed_over_where_it_adds_energy_from_another_state() {
     let [(refused, why)] = &elsewhere.refused[..] else { panic!("{:?}", elsewhere.refused) };
     assert_eq!(*refused, LOOSE);
     assert!(why.contains("adds ") && why.contains("J that nothing supplied"), "{why}");
-    // One that is not as near as asked from there is passed over as well.
+    // A choice that is not as near as asked from there is passed over as well.
     let wish = (Goal::MaxError(1e-9), 0.2, 2.0);
     let elsewhere = retry(&here, &[choice], wish, &mut ()).unwrap();
     assert!(elsewhere.held.is_none() && elsewhere.refused.len() == 1, "{elsewhere:?}");
@@ -272,7 +272,7 @@ fn a_search_whose_time_is_over_takes_the_best_so_far_or_says_that_there_is_none(
     assert_eq!(short.tried, 5, "the sixth was not ended");
     assert!(short.met && goal.is_met_by(&short.best.trial), "{short:?}");
     assert_eq!(search(0).unwrap_err(), Halt::Deadline, "before there is a reference");
-    // Nor is there one to try what was found by from elsewhere.
+    // Nor is there a reference to try the found choices from elsewhere.
     let wish = (goal, 0.2, 2.0);
     let choices = [short.best.trial.choice; 2];
     let elsewhere = retry(&scene, &choices, wish, &mut Impatient { left: 0 }).unwrap();
@@ -417,7 +417,7 @@ fn contact_leaves_the_reference_certain_and_penetration_is_measured() {
     assert!(-1e-9 <= lowest.fold(f64::MAX, f64::min), "the reference stays out of the floor");
 }
 
-/// One who cancels a study after so many trials.
+/// A user who cancels a study after so many trials.
 struct Guest(usize);
 
 impl Monitor for Guest {

@@ -1,4 +1,4 @@
-//! A grid is what its file says, and each cell is run once and whole.
+//! A grid has the values of its file, and each cell is run once and whole.
 
 use msd_run::Runner;
 use msd_scene::FileError;
@@ -25,7 +25,7 @@ fn chain(folder: &Path, grid: &str) -> Sweep {
     open(folder, &format!("{HEAD}[grid]\n{grid}")).expect("a sweep")
 }
 
-/// What is refused, wherever it is found: opening the file, replacing keys or building the scene.
+/// The refusal, wherever it comes from: opening the file, replacing keys or building the scene.
 fn refused(text: &str) -> String {
     let folder = folder();
     let all = open(folder.path(), text).and_then(|sweep| {
@@ -52,7 +52,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// The columns of a table that do not tell how long something took.
+/// The columns of a table that do not hold times of computing.
 fn timeless(table: &Table) -> Vec<Vec<Datum>> {
     let times = ["cpu_seconds", "cpu_per_second", "wall_seconds", "spring_updates_per_second"];
     let kept = |place: &usize| !times.contains(&table.columns[*place].name.as_str());
@@ -102,7 +102,7 @@ fn a_cell_is_the_scene_with_its_values() {
     assert_eq!(loaded.scene.springs[0].stiffness, 33.0);
     assert_eq!(loaded.settings.integrator.name(), "rk4");
     assert_eq!(loaded.precision.name(), "f64");
-    // What the grid does not name stays.
+    // Keys that the grid does not name stay.
     assert_eq!((loaded.settings.substeps, loaded.scene.springs[0].damping), (4, 1.0));
 }
 
@@ -348,7 +348,7 @@ fn what_is_done_is_not_run_again_and_what_is_broken_is() {
     assert_eq!(store.collect(&sweep).expect("a table").1, 2);
     assert_eq!(run(&sweep, &store, 1), Summary { run: 2, skipped: 2, diverged: 0, left: 0 });
     let before = store.collect(&sweep).expect("a table").0;
-    // Torn, empty, and what another run left when it was killed.
+    // Torn, empty, and the remains of another run that was killed.
     let cells = [0, 1].map(|number| store.path(&sweep.cell(number).expect("a cell")));
     let bytes = fs::read(&cells[0]).expect("a file");
     fs::write(&cells[0], &bytes[..bytes.len() / 2]).expect("a file");
@@ -365,8 +365,8 @@ fn what_is_done_is_not_run_again_and_what_is_broken_is() {
     assert_eq!(cells, [0, 1, 2, 3, 4].map(Datum::Whole).iter().collect::<Vec<_>>());
 }
 
-/// One who cancels a sweep in the third cell, which has six steps: cells done, and calls since two
-/// are.
+/// A user who cancels a sweep in the third cell, which has six steps: cells done, and calls since
+/// two are.
 struct Ending(usize, usize);
 
 impl Monitor for Ending {

@@ -1,4 +1,4 @@
-//! The terms of a scene: which there are, and what each is worth.
+//! The terms of a scene: their list, and the effect of each.
 
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator, Material, Plane, Scene, Settings, World, shape};
@@ -42,7 +42,7 @@ fn a_block_has_damping_gravity_diagonals_drag_contact_and_a_precision() {
 
 #[test]
 fn drag_is_worth_what_the_closed_form_says() {
-    // Free fall of a rope at rest length: nothing but drag tells the runs apart.
+    // Free fall of a rope at rest length: only drag makes the runs differ.
     let material = Material { mass: 0.5, stiffness: 100.0, damping: 0.0 };
     let mut scene = Scene::of("rope", shape::rope(4, 1.0, material).unwrap());
     scene.world.drag = 0.2;

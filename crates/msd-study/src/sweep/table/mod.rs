@@ -34,7 +34,7 @@ impl TableFormat {
         }
     }
 
-    /// What to do instead of using this format, where the program was built without it.
+    /// Advice for a format that this program was built without; `None` for one that it can write.
     pub fn missing(self) -> Option<&'static str> {
         (self == TableFormat::Parquet && !cfg!(feature = "parquet")).then_some(WITHOUT_PARQUET)
     }
@@ -46,7 +46,7 @@ impl TableFormat {
     }
 }
 
-/// What a column holds.
+/// Kind of the values of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// True or false.
@@ -75,7 +75,7 @@ pub enum Datum {
 }
 
 impl Datum {
-    /// A number; infinity and NaN are no value.
+    /// A number; infinity and NaN are missing values.
     pub fn number(number: f64) -> Self {
         if number.is_finite() { Datum::Number(number) } else { Datum::Nothing }
     }
@@ -103,12 +103,12 @@ impl std::fmt::Display for Datum {
     }
 }
 
-/// A column: its name and what it holds.
+/// A column: its name and its kind.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Column {
     /// The name.
     pub name: String,
-    /// What it holds; a value may be missing in every column.
+    /// The kind of its values; a value may be missing in every column.
     pub kind: Kind,
 }
 
@@ -145,8 +145,8 @@ impl Table {
         }
     }
 
-    /// Reads a file that [`Table::write`] wrote; of CSV, which does not tell what a column holds,
-    /// `columns` does, and what it does not name is text.
+    /// Reads a file that [`Table::write`] wrote. CSV does not store the kinds of its columns:
+    /// `columns` gives them, and a column without a kind is text.
     ///
     /// # Errors
     /// [`FileError::Unreadable`].
