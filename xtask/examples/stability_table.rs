@@ -1,6 +1,6 @@
-//! A plot, stability_table.svg: how stiff a cloth may be at a number of steps per frame, for Euler
-//! and Runge-Kutta, undamped and damped, beside the values that the report of 2014 found for its
-//! own.
+//! A plot, stability_table.svg: the greatest stiffness of a cloth by steps per frame, for Euler and
+//! Runge-Kutta, undamped and damped. Beside it are the values that the report of 2014 found for its
+//! own cloth.
 
 use msd_core::Integrator;
 use plotters::prelude::*;

@@ -21,7 +21,7 @@ const ALIKE: f64 = 13.0 / 3.0 - 2.0 * 49.0 / 9.0 / (20.0 / 3.0);
 /// Cells across the beams of the table.
 const CELLS: [usize; 4] = [1, 2, 4, 6];
 
-/// What beams of so many cells across are off, per cent of those of theory; the keys of `--json`.
+/// Errors of beams of so many cells across, per cent of those of theory; the keys of `--json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BeamRow {
     /// Cells across.
@@ -87,7 +87,7 @@ pub fn svg(rows: &[BeamRow]) -> String {
 
 /// Height of the figure, pixels.
 const HEIGHT: f64 = 560.0;
-/// Where the clamp is, and where the tip of the beam of theory would be, pixels.
+/// Places of the clamp and of the tip of the beam of theory, pixels.
 const CLAMP: Point = (60.0, 60.0);
 const TIP: Point = (560.0, 510.0);
 
@@ -121,7 +121,7 @@ fn draw<DB: DrawingBackend>(rows: &[BeamRow], surface: DB) -> Drawn<DB> {
         let cells = if row.cells == 1 { "cell" } else { "cells" };
         curve(&row.line, &format!("{} {cells} across", row.cells), (shares, 1.6))?;
     }
-    // The others lie too close to be told apart.
+    // The others lie too close to be labelled apart.
     if let Some(row) = rows.last() {
         let said = format!("{} cells, alike springs", row.cells);
         curve(&row.alike_line, &said, (alike, 1.6))?;
@@ -318,10 +318,10 @@ fn timoshenko_deflection() -> f64 {
     LENGTH.powi(3) / (3.0 * bending) + LENGTH / shear
 }
 
-/// What is left at the free end of a beam that vibrates with the frequency w: zero at its modes.
+/// The residual at the free end of a beam that vibrates with the frequency w: zero at its modes.
 ///
-/// Deflection y and turn θ begin with 0, moment M and force Q with what makes both end with 0:
-/// y' = θ + Q/(κGA), θ' = M/(EI), M' = −Q − ρI w² θ, Q' = −ρA w² y.
+/// Deflection y and turn θ begin with 0. Moment M and force Q begin with the values that make both
+/// end with 0: y' = θ + Q/(κGA), θ' = M/(EI), M' = −Q − ρI w² θ, Q' = −ρA w² y.
 fn left_over(w: f64) -> f64 {
     let [bending, shear, mass, inertia] = section();
     let end = |mut state: [f64; 4]| {

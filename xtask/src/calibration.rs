@@ -35,15 +35,15 @@ impl Window {
         }
     }
 
-    /// Whether the estimate is right within [`BAND`].
+    /// Returns whether the estimate is right within [`BAND`].
     pub fn is_right(&self) -> bool {
         (1.0 / BAND..=BAND).contains(&self.ratio())
     }
 }
 
 /// Estimates and truths of every built-in scene and of `generated` others, as far as their name
-/// contains `only`; `tell` hears of each window. Scenes that diverge are left out, and of those in
-/// which things touch, whose references take long, all but `drape`.
+/// contains `only`; calls `tell` with each window. Scenes that diverge are left out. So are all
+/// scenes with contact but `drape`, as their references take long.
 pub fn windows(generated: u64, only: &str, tell: &mut dyn FnMut(&Window)) -> Vec<Window> {
     let mut found = Vec::new();
     let builtin = BUILTINS.iter().filter_map(|builtin| msd_scene::open(builtin.name).ok());

@@ -1,4 +1,4 @@
-//! The program of `cargo run --release -p xtask`: what checks msd itself.
+//! The program of `cargo run --release -p xtask`: internal checks of msd.
 
 mod command;
 
@@ -68,7 +68,7 @@ enum Command {
 }
 
 /// Runs a command: 0 done, 2 bad input or usage or a file that could not be written, 3 a run that
-/// broke what is promised.
+/// broke a promise.
 fn main() -> ExitCode {
     match run(Arguments::parse().command) {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,5 +1,5 @@
-//! The promise of tuning, kept over generated scenes: what it delivers, and what it costs beside
-//! the best setting that an exhaustive search finds.
+//! The promise of tuning, kept over generated scenes: its error, and its cost beside the best
+//! setting that an exhaustive search finds.
 
 use msd_core::glam::{DQuat, DVec3};
 use msd_core::{Error, Friction, Material, Pin, Plane, Scene, shape};
@@ -22,19 +22,19 @@ const PATIENCE: f64 = 2.0;
 pub struct Case {
     /// The error asked for, metres.
     pub asked: f64,
-    /// The error delivered, against a reference of its own, metres.
+    /// The error delivered, against a separate reference, metres.
     pub delivered: f64,
-    /// What tuning chose; none if it said that nothing meets the wish.
+    /// The choice of tuning; none if it reported that no choice meets the wish.
     pub chosen: Option<Choice>,
     /// The cheapest choice that an exhaustive search found within the error; none if none is.
     pub best: Option<Choice>,
-    /// Cost of what was chosen over cost of the best, timed in turn.
+    /// Cost of the choice over cost of the best, timed in turn.
     pub cost_ratio: f64,
 }
 
 impl Case {
-    /// Whether what was delivered is what was asked for; where tuning said that nothing meets the
-    /// wish, whether that is so.
+    /// Returns whether the error delivered is within the wish; where tuning reported that no choice
+    /// meets the wish, whether that is so.
     pub fn kept(&self) -> bool {
         match self.chosen {
             Some(_) => self.delivered <= self.asked,
@@ -42,7 +42,7 @@ impl Case {
         }
     }
 
-    /// Whether it cost at most 1.5 times the best.
+    /// Returns whether it cost at most 1.5 times the best.
     pub fn is_cheap(&self) -> bool {
         match (self.chosen, self.best) {
             (Some(_), _) => self.cost_ratio <= 1.5,
@@ -54,7 +54,7 @@ impl Case {
 /// Tunes a scene for an error of `fraction` of its size, and searches all choices beside it.
 ///
 /// # Errors
-/// What the core refuses of the scene.
+/// A scene that the core refuses.
 pub fn keep(scene: &Scene, duration: f64, fraction: f64) -> Result<Case, Halt> {
     let size = size_of(scene)?;
     let asked = fraction * size;
@@ -63,7 +63,7 @@ pub fn keep(scene: &Scene, duration: f64, fraction: f64) -> Result<Case, Halt> {
     let reliable = right.reliable(0.25 * asked).max(1);
     let best = search(scene, (&right, reliable), asked)?;
     let chosen = tuned.met.then_some(tuned.best.trial.choice);
-    // What the search of fewer steps passed by may be the best all the same.
+    // A choice that the search of fewer steps passed by may be the best all the same.
     let best = best.or(chosen);
     let delivered = match chosen {
         Some(choice) => try_choice(scene, choice, (&right, reliable), &mut ())?.error(),
@@ -91,8 +91,8 @@ fn independent(scene: &Scene, duration: f64, tolerance: f64) -> Result<Reference
     }
 }
 
-/// The cheapest sound choice within an error: every method and precision, each substep count a
-/// fifth more than the one before it, as long as it is cheaper than the best so far.
+/// The cheapest sound choice within an error, of every method and precision. Each substep count is
+/// a fifth more than the one before it, as long as it costs at most 1.3 times the best so far.
 fn search(
     scene: &Scene,
     (right, reliable): (&Reference, usize),
@@ -101,7 +101,7 @@ fn search(
     let mut best: Option<(f64, Choice)> = None;
     let frames = right.frames.last().copied().unwrap_or(1);
     let mut ladders = ladders(scene)?;
-    // What always arrives first: it bounds what the others may cost.
+    // The method that always arrives comes first: it bounds the cost of the others.
     ladders.sort_by_key(|ladder| !ladder.integrator.is_adaptive());
     for ladder in ladders {
         for fineness in finenesses(ladder.fewest, ladder.integrator.is_adaptive()) {
@@ -112,7 +112,8 @@ fn search(
             let Ok(trial) = try_choice(scene, choice, (right, reliable), &mut ()) else { break };
             let cheapest = best.map_or(f64::INFINITY, |(cost, _)| cost);
             let took = trial.cost * right.duration();
-            // Dormand-Prince is a choice too: what takes longer than the reference is no best.
+            // Dormand-Prince is a choice too: a run that takes longer than the reference cannot be
+            // the best.
             let longest = right.seconds.min(PATIENCE);
             if trial.errors.is_some() && (1.3 * cheapest < trial.cost || longest < took) {
                 break;
@@ -193,8 +194,8 @@ pub fn random_scene(seed: u64) -> Result<Scene, Error> {
     Ok(scene)
 }
 
-/// Two bodies that meet, with friction: a jelly set on another or slid over a wider one, two that
-/// collide in flight, or one dropped on a cloth that hangs by its corners.
+/// Two bodies that meet, with friction. A jelly is set on another, slid over a wider one, or
+/// dropped on a cloth that hangs by its corners, or two collide in flight.
 ///
 /// # Errors
 /// None that is known: every number is inside its domain.

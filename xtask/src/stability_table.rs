@@ -1,11 +1,12 @@
 //! The table of marginal stiffness: the experiment of the source report, repeated correctly.
 //!
 //! All springs are made stiffer until a method is marginally stable, by running (see
-//! [`msd_study::limits`]) and from the spectrum: at 4 steps per frame, at the steps of the report
-//! (7 of Runge-Kutta, 44 of Euler), and at the steps of Euler that take as long as 7 of Runge-Kutta
-//! here. Theory for undamped springs: symplectic Euler bears h w = 2 and RK4 2 √2, hence twice the
-//! stiffness at an equal step. The report's "Runge-Kutta" weighs its stages by 1, 3, 3, 1; with the
-//! stages of RK4 that is a method of second order which bears h w = √7, 1.75 times the stiffness.
+//! [`msd_study::limits`]) and from the spectrum. That is done at 4 steps per frame, at the steps of
+//! the report (7 of Runge-Kutta, 44 of Euler), and at the steps of Euler that take as long as 7 of
+//! Runge-Kutta here. Theory for undamped springs: symplectic Euler bears h w = 2 and RK4 2 √2,
+//! hence twice the stiffness at an equal step. The report's "Runge-Kutta" weighs its stages by 1,
+//! 3, 3, 1; with the stages of RK4 that is a method of second order which bears h w = √7, 1.75
+//! times the stiffness.
 
 use msd_core::methods::{Method, Parts, StepContext};
 use msd_core::stability::{Region, is_stable};
@@ -20,7 +21,7 @@ use std::fmt::Write;
 /// The marginal stiffnesses of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StabilityTable {
-    /// Median stiffness of the scene as it is, newtons per metre.
+    /// Median stiffness of the unchanged scene, newtons per metre.
     pub stiffness: f64,
     /// Steps of symplectic Euler that take as long as 7 of RK4, measured.
     pub equal_cost: u32,
@@ -41,7 +42,7 @@ pub struct StabilityRow {
     pub predicted: f64,
     /// The same found by running; none where the prediction is 0.
     pub observed: Option<f64>,
-    /// What the source report found, in a scene of its own, newtons per metre.
+    /// The value that the source report found, in a scene of its own, newtons per metre.
     pub report: Option<f64>,
 }
 
@@ -199,7 +200,7 @@ fn predict(scene: &Scene, method: Scheme, steps: u32) -> Result<f64, Error> {
         let middle = 0.5 * (low + high);
         if stable(middle) { low = middle } else { high = middle }
     }
-    // What bisection finds about an unstable zero is not a stiffness.
+    // The result of bisection about an unstable zero is not a stiffness.
     Ok(if low < 1e-9 * reach || !reach.is_finite() { 0.0 } else { low })
 }
 
@@ -263,7 +264,7 @@ pub fn euler_steps(scene: &Scene) -> Result<u32, Error> {
     let methods = [Integrator::Rk4, Integrator::SymplecticEuler];
     let mut runs = Vec::new();
     for integrator in methods {
-        // So short a step that nothing moves: what is timed is the arithmetic.
+        // So short a step that nothing moves: only the arithmetic is timed.
         let step = 1e-6;
         let settings = Settings { integrator, step, substeps: SUBSTEPS, ..Settings::default() };
         runs.push(Simulation::<f64>::new(scene, settings)?);

@@ -1,6 +1,6 @@
 //! Errors between a snapshot and a picture.
 
-/// Why there is no picture.
+/// Reasons why a picture cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
@@ -15,7 +15,7 @@ pub enum RenderError {
     NoDevice {
         /// Name of the adapter.
         adapter: String,
-        /// What wgpu said.
+        /// The error of wgpu.
         source: wgpu::RequestDeviceError,
     },
     /// The window gave no surface to draw on.

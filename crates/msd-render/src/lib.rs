@@ -2,9 +2,9 @@
 //! a window or off screen.
 //!
 //! The renderer never sees the system, only the snapshot. It uses vertex and instance buffers and
-//! two uniform bind groups, no compute and no storage buffers, so that it also fits the limits of
-//! a browser. [`Renderer::prepare`] turns a snapshot into buffers, [`Renderer::draw`] encodes the
-//! passes; [`render_image`] does both and reads the picture back.
+//! two uniform bind groups. It has no compute and no storage buffers, so that it also fits the
+//! limits of a browser. [`Renderer::prepare`] turns a snapshot into buffers, [`Renderer::draw`]
+//! encodes the passes; [`render_image`] does both and reads the picture back.
 //!
 //! Colours are sRGB, each component from 0 to 1, unless a name says `linear`.
 #![forbid(unsafe_code)]

@@ -5,7 +5,7 @@ use glam::Vec3;
 /// The largest coordinate that is drawn, m. The square of a length must stay far from overflow.
 const LARGEST: f32 = 1e9;
 
-/// Whether a position can be drawn; NaN, infinite and absurdly distant ones cannot.
+/// Returns whether a position can be drawn; NaN, infinite and absurdly distant ones cannot.
 pub(crate) fn is_drawable(position: Vec3) -> bool {
     // A comparison with NaN is false, so NaN is refused too.
     position.abs().cmple(Vec3::splat(LARGEST)).all()

@@ -157,12 +157,12 @@ impl Sheet {
         self.size
     }
 
-    /// What a pass draws on.
+    /// The texture on which a pass draws.
     pub fn target(&self) -> TextureView {
         self.texture.create_view(&wgpu::TextureViewDescriptor::default())
     }
 
-    /// Waits for what was submitted, and reads the picture.
+    /// Waits for submitted commands, and reads the picture.
     ///
     /// # Errors
     /// [`RenderError::ReadBack`] if the device was lost meanwhile.

@@ -34,7 +34,7 @@ pub struct Renderer {
     rows: AllRows,
     geometry: Geometry,
     targets: Option<Targets>,
-    /// What the last `prepare` left for `draw`.
+    /// The results of the last `prepare` for `draw`.
     prepared: Option<Prepared>,
 }
 
@@ -102,7 +102,7 @@ impl Renderer {
         self.geometry.errors.extend(errors);
     }
 
-    /// Uploads what a view shows of a snapshot.
+    /// Uploads the parts of a snapshot that a view shows.
     ///
     /// Positions that are not finite, and all that touches them, are left out. So are lines and
     /// points that do not fit into the largest buffer of the device; that is logged.
@@ -164,7 +164,8 @@ impl Renderer {
         self.draw_over(encoder, target, target_size, (viewport, ops));
     }
 
-    /// The same, beside what [`Renderer::draw_first`] drew into a target of this size before.
+    /// The same, beside the picture that [`Renderer::draw_first`] drew into a target of this size
+    /// before.
     ///
     /// The commands of that picture must have been submitted before this one was prepared: both
     /// are drawn from the same buffers.
@@ -383,7 +384,7 @@ fn scene_pass<'a>(
     targets: &Targets,
     (target, ops): (&TextureView, wgpu::Operations<wgpu::Color>),
 ) -> RenderPass<'a> {
-    // What is drawn on the target at once must stay there.
+    // A picture drawn on the target at once must stay there.
     let store = if targets.colour.is_none() { wgpu::StoreOp::Store } else { ops.store };
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("scene"),

@@ -11,14 +11,14 @@ use plotters::prelude::DrawingBackend;
 pub const HEIGHT: f64 = 190.0;
 /// Left, top, right and bottom of the ground, pixels.
 const GROUND: [f64; 4] = [90.0, 12.0, WIDTH - 150.0, HEIGHT - 44.0];
-/// Decades below the largest error that are shown: what is less is as good as nothing beside it.
+/// Decades below the largest error that are shown: smaller errors are negligible beside it.
 const DECADES: f64 = 9.0;
 
 /// Draws the errors as parts of the size of the scene, on a log scale; a mark is where the remedy
 /// brings them.
 ///
 /// # Errors
-/// What the surface refuses.
+/// The error of the surface.
 pub fn errors_side_by_side<DB: DrawingBackend>(
     study: &Study,
     balance: &ErrorBalance,

@@ -16,7 +16,7 @@ const GROUND: [f64; 4] = [70.0, 52.0, WIDTH - 236.0, HEIGHT - 48.0];
 /// Draws kinetic, elastic and gravitational energy over time.
 ///
 /// # Errors
-/// What the surface refuses.
+/// The error of the surface.
 pub fn energy_over_time<DB: DrawingBackend>(study: &Study, surface: DB) -> Drawn<DB> {
     let pen = Pen::new(surface, ink::PAPER.light)?;
     let [left, top, right, bottom] = GROUND;
@@ -53,8 +53,8 @@ pub fn energy_over_time<DB: DrawingBackend>(study: &Study, surface: DB) -> Drawn
     pen.finish()
 }
 
-/// One trial per method: the one whose error is nearest to what is wanted, and where none stayed in
-/// the world the one that left it last.
+/// One trial per method: the one whose error is nearest to the wanted one. Where none stayed in the
+/// world, the one that left it last.
 pub fn chosen(study: &Study) -> Vec<&Trial> {
     let of = |integrator| {
         let off = |trial: &Trial| (trial.error().max(1e-300) / study.wanted).ln().abs();
@@ -96,7 +96,7 @@ fn extent(study: &Study, shown: &[&Trial]) -> (f64, f64) {
     (from - 0.06 * span, to + 0.06 * span)
 }
 
-/// Where a course ends, and an arrow where that is off the page.
+/// The end of a course, and an arrow where that is off the page.
 fn end(
     study: &Study,
     energies: &[f64],
@@ -119,7 +119,7 @@ fn draw_course<DB: DrawingBackend>(
     (colour, width): (RGBColor, f64),
 ) -> Drawn<DB> {
     let (from, to) = energy.values;
-    // What is infinitely far away leaves the page as what is very far away does.
+    // An infinitely distant point leaves the page as a very distant one does.
     let far = 1e3 * (to - from);
     let rows: Vec<Point> = times
         .iter()
@@ -163,7 +163,7 @@ fn draw_axes<DB: DrawingBackend>(pen: &Pen<DB>, time: &Axis, energy: &Axis) -> D
     let [left, _, right, bottom] = GROUND;
     let style = Type::new(12.0, ink::MUTED.light);
     let ticks = energy.ticks(5);
-    // All marks of an axis in one unit, with as many digits as tell them apart.
+    // All marks of an axis in one unit, with enough digits to differ.
     let stride = if let [first, second, ..] = ticks[..] { second - first } else { 1.0 };
     for &tick in &ticks {
         let y = energy.at(tick);

@@ -17,15 +17,15 @@ pub const HEIGHT: f64 = 612.0;
 const GROUND: [f64; 4] = [70.0, 104.0, WIDTH - 66.0, HEIGHT - 48.0];
 /// Height of the band above the ground for trials that left the world, pixels.
 const BAND: f64 = 24.0;
-/// The greatest error shown, sizes of the object: what is worse is as good as lost.
+/// The greatest error shown, sizes of the object: a worse result is useless.
 const WORST: f64 = 10.0;
 /// The least error shown, sizes of the object: double precision rounds there.
 const LEAST: f64 = 1e-17;
 
-/// How far below the uncertainty of the reference the diagram goes, a factor.
+/// Ratio of the uncertainty of the reference to the lowest error of the diagram.
 const DEEP: f64 = 30.0;
 
-/// Where a trial is in a diagram.
+/// Place of a trial in a diagram.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spot {
     /// Its row in the study.
@@ -43,10 +43,10 @@ struct Diagram<'a> {
     spots: Vec<Spot>,
 }
 
-/// Draws error against processor time per simulated second and returns where the trials are.
+/// Draws error against processor time per simulated second and returns the places of the trials.
 ///
 /// # Errors
-/// What the surface refuses.
+/// The error of the surface.
 pub fn work_precision<DB: DrawingBackend>(study: &Study, surface: DB) -> Drawn<DB, Vec<Spot>> {
     let pen = Pen::new(surface, ink::PAPER.light)?;
     let diagram = Diagram::new(study);
@@ -69,7 +69,7 @@ pub fn relative(study: &Study, error: f64) -> f64 {
     if 0.0 < study.size && study.size.is_finite() { error / study.size } else { error }
 }
 
-/// How finely a choice steps, coarse first.
+/// Fineness of a choice, coarse first.
 pub fn fineness(choice: &Choice) -> f64 {
     match choice.fineness {
         Fineness::Substeps(substeps) => f64::from(substeps),
@@ -101,7 +101,7 @@ impl<'a> Diagram<'a> {
         let cost = Axis { values, pixels: (left, right), log: true };
         let shown = sound().map(error).filter(|&error| error <= WORST);
         let (mut least, mut greatest) = range(shown).unwrap_or((1e-6, 1e-1));
-        // Far below its uncertainty the reference tells nothing.
+        // Far below its uncertainty the reference resolves nothing.
         let floor = relative(study, study.reference.uncertainty) / DEEP;
         least = least.max(floor.min(greatest));
         let wanted = relative(study, study.wanted);
@@ -246,7 +246,7 @@ impl<'a> Diagram<'a> {
         across.into_iter().chain(upright).collect()
     }
 
-    /// What guides are called, and where their names may stand.
+    /// Names of the guides, and the places where they may stand.
     fn guide_names(&self) -> Vec<(String, Type, Name)> {
         let style = Type::new(12.0, ink::MUTED.light);
         let named = |[from, to]: [Point; 2]| {
@@ -329,7 +329,7 @@ impl<'a> Diagram<'a> {
         Ok(())
     }
 
-    /// The title, the title of the upright axis, and what the marks mean.
+    /// The title, the title of the upright axis, and the meanings of the marks.
     fn draw_head<DB: DrawingBackend>(&self, pen: &Pen<DB>) -> Drawn<DB> {
         let (title, text) = (Type::new(16.0, ink::TEXT.light), Type::new(13.0, ink::TEXT.light));
         let scene = raster::fitted(&self.study.scene, 16.0, 180.0);

@@ -1,5 +1,5 @@
-//! The colour and the mark of each method, the same in every figure; grey where it has none of its
-//! own.
+//! The colour and the mark of each method, the same in every figure; grey for a method without a
+//! colour.
 
 use msd_core::Integrator;
 use plotters::style::RGBColor;
@@ -21,7 +21,7 @@ const fn ink(light: (u8, u8, u8), dark: (u8, u8, u8)) -> Ink {
 pub const PAPER: Ink = ink((255, 255, 255), (24, 27, 31));
 /// Titles, and the reference.
 pub const TEXT: Ink = ink((33, 37, 41), (233, 236, 239));
-/// Axes and what is said beside them.
+/// Axes and the words beside them.
 pub const MUTED: Ink = ink((96, 103, 110), (160, 168, 176));
 /// The grid.
 pub const GRID: Ink = ink((233, 235, 237), (44, 49, 55));
@@ -35,8 +35,8 @@ pub const FRONT: Ink = ink((206, 199, 184), (92, 87, 76));
 /// Every ink that is not a method's.
 pub const COMMON: [Ink; 7] = [PAPER, TEXT, MUTED, GRID, SHADE, GUIDE, FRONT];
 
-/// The ink of a method: Okabe and Ito's colours, which the colour-blind tell apart (2008), but with
-/// grey for black and olive for yellow, which white paper swallows.
+/// The ink of a method: Okabe and Ito's colours (2008), which the colour-blind can distinguish, but
+/// with grey for black and olive for yellow, which white paper swallows.
 pub fn line(integrator: Integrator) -> Ink {
     match integrator {
         Integrator::ExplicitEuler => ink((128, 128, 129), (150, 150, 151)),
@@ -91,7 +91,7 @@ fn star(points: usize, turn: f64, outer: f64, inner: f64) -> Vec<(f64, f64)> {
     (0..2 * points).map(corner).collect()
 }
 
-/// How a colour is written in a drawing: `#0072B2`.
+/// A colour as a drawing writes it: `#0072B2`.
 pub fn hex(colour: RGBColor) -> String {
     format!("#{:02X}{:02X}{:02X}", colour.0, colour.1, colour.2)
 }

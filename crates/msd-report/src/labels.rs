@@ -11,7 +11,7 @@ pub struct Name {
     pub beside: Vec<Point>,
 }
 
-/// What names should not hide.
+/// Marks and lines that names should not hide.
 #[derive(Clone, Debug, Default)]
 pub struct Obstacles {
     /// Lines.
@@ -73,7 +73,7 @@ fn around((x, y): Point, width: f64) -> Vec<Box2> {
     corners.iter().map(|&(x, y)| ((x, y), (x + width, y + HEIGHT))).collect()
 }
 
-/// How much a box hides or nearly hides: names beside many lines could be any one’s.
+/// Returns how much a box hides or nearly hides: names beside many lines could be any one’s.
 fn hidden(spot: Box2, obstacles: &Obstacles) -> f64 {
     let ((left, top), (right, bottom)) = spot;
     let near = 5.0;
@@ -87,7 +87,8 @@ fn hidden(spot: Box2, obstacles: &Obstacles) -> f64 {
     3.0 * marks as f64 + 2.0 * lines as f64 + close as f64
 }
 
-/// Whether a line passes through a box: whether a part of it is left after cutting at each side.
+/// Returns whether a line passes through a box: whether a part of it is left after cutting at each
+/// side.
 fn crosses([from, to]: [Point; 2], ((left, top), (right, bottom)): Box2) -> bool {
     let (mut enter, mut leave) = (0.0f64, 1.0f64);
     let sides = [(from.0, to.0, left, right), (from.1, to.1, top, bottom)];
@@ -110,7 +111,7 @@ fn inside((corner, opposite): Box2, (from, to): Box2) -> bool {
     from.0 <= corner.0 && from.1 <= corner.1 && opposite.0 <= to.0 && opposite.1 <= to.1
 }
 
-/// Whether two boxes are nearer than words of two lines should be.
+/// Returns whether two boxes are nearer than words of two lines should be.
 fn touch(a: Box2, b: Box2) -> bool {
     let gap = 6.0;
     a.0.0 < b.1.0 + gap && b.0.0 < a.1.0 + gap && a.0.1 < b.1.1 + gap && b.0.1 < a.1.1 + gap

@@ -1,4 +1,4 @@
-//! Studies as they are shown: one page to open in a browser, a table of numbers, figures.
+//! Reports of studies: one page to open in a browser, a table of numbers, figures.
 //!
 //! ```no_run
 //! use msd_study::conduct::{Plan, study};

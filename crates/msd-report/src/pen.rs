@@ -10,7 +10,7 @@ pub const WIDTH: f64 = 960.0;
 /// Letters of the reader's machine.
 const FAMILY: &str = "system-ui, -apple-system, Segoe UI, Roboto, Ubuntu, sans-serif";
 
-/// What came of drawing.
+/// Result of drawing.
 pub type Drawn<DB, T = ()> = Result<T, DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
 
 /// A point on the page, pixels from the upper left corner.
@@ -22,7 +22,7 @@ pub struct Pen<DB: DrawingBackend> {
     dots: f64,
 }
 
-/// How words are set.
+/// Setting of words.
 #[derive(Clone, Copy)]
 pub struct Type {
     /// Height of the letters, pixels.
@@ -56,7 +56,7 @@ impl<DB: DrawingBackend> Pen<DB> {
     /// Takes a surface and clears it.
     ///
     /// # Errors
-    /// What the surface refuses; so do all others here.
+    /// The error of the surface, as for all others here.
     pub fn new(backend: DB, ground: RGBColor) -> Drawn<DB, Self> {
         let dots = f64::from(backend.get_size().0) / WIDTH;
         let area = backend.into_drawing_area();
@@ -131,7 +131,8 @@ impl<DB: DrawingBackend> Pen<DB> {
         });
         let place = Pos::new(style.anchor, VPos::Center);
         let style = TextStyle::from(font).color(&style.colour).pos(place);
-        // What cannot be seen is no text of a drawing; a line break is a blank there anyway.
+        // A letter that cannot be seen does not belong in a drawing; a line break is a blank there
+        // anyway.
         let words: String = words.chars().map(shown).collect();
         self.area.draw_text(&words, &style, self.dot(at))
     }
@@ -146,12 +147,12 @@ pub fn shown(letter: char) -> char {
     }
 }
 
-/// Where a value is on the page.
+/// Map from values to places on the page.
 #[derive(Clone, Copy, Debug)]
 pub struct Axis {
     /// The least and the greatest value.
     pub values: (f64, f64),
-    /// Where those are, pixels.
+    /// The places of those, pixels.
     pub pixels: (f64, f64),
     /// Whether equal factors, not equal differences, are equally far apart.
     pub log: bool,
@@ -168,7 +169,7 @@ impl Axis {
         self.pixels.0 + part * (self.pixels.1 - self.pixels.0)
     }
 
-    /// Whether a value is on the axis.
+    /// Returns whether a value is on the axis.
     pub fn holds(&self, value: f64) -> bool {
         self.values.0 <= value && value <= self.values.1
     }
@@ -197,7 +198,7 @@ impl Axis {
         let round = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * decade);
         let stride = round.into_iter().find(|&stride| rough <= stride).unwrap_or(rough);
         let (first, last) = ((from / stride).ceil(), (to / stride).floor());
-        // Values that no number tells apart have no marks between them.
+        // Values so close that no number separates them have no marks between them.
         if !rough.is_normal() || 100.0 < last - first {
             return Vec::new();
         }

@@ -62,7 +62,7 @@ pub fn html(study: &Study) -> String {
     page.into_string()
 }
 
-/// The work-precision diagram as a drawing; what a point is shows where it is pointed at.
+/// The work-precision diagram as a drawing; a point shows its trial where it is pointed at.
 pub fn svg(study: &Study) -> String {
     costs(study)
 }
@@ -175,7 +175,7 @@ fn energies(study: &Study) -> Markup {
     }
 }
 
-/// The errors of the scene as it is set side by side, or what is known of that of space.
+/// The errors of the scene at its own settings side by side, or the estimate of that of space.
 fn balance(study: &Study) -> Markup {
     let Some(balance) = &study.balance else {
         return html! { p { (sentence(&study.space_line())) } };
@@ -217,7 +217,7 @@ pub fn drawing(height: f64, label: &str, draw: impl FnOnce(SVGBackend<'_>)) -> S
     drawing.into_string()
 }
 
-/// What the pointer finds where a trial is.
+/// The target of the pointer at a trial.
 fn target(study: &Study, spot: &Spot, on_front: bool) -> Markup {
     let trial = &study.trials[spot.row];
     let mut said = trial.choice.to_string();

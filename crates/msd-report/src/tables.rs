@@ -19,7 +19,7 @@ pub fn clean(text: &str) -> String {
     text.chars().map(|letter| if letter == '\n' { letter } else { shown(letter) }).collect()
 }
 
-/// What is said in a line as a sentence of its own.
+/// Makes a line a sentence.
 pub fn sentence(line: &str) -> String {
     let line = clean(line);
     let mut letters = line.chars();
@@ -27,7 +27,7 @@ pub fn sentence(line: &str) -> String {
     format!("{}{}.", first.unwrap_or_default(), letters.as_str())
 }
 
-/// How fast it runs, times real time: `39.2×`.
+/// Speed of a run, times real time: `39.2×`.
 pub fn speed(cost: f64) -> String {
     if 0.0 < cost && cost.is_finite() { format!("{}×", number(1.0 / cost)) } else { "–".into() }
 }
@@ -37,7 +37,7 @@ pub fn chart(drawing: &str) -> Markup {
     html! { figure { (PreEscaped(drawing)) } }
 }
 
-/// Title, facts and what it all means.
+/// Title, facts and conclusions.
 pub fn head(study: &Study) -> Markup {
     let facts = [
         counted(study.particles, "particle"),
@@ -65,7 +65,7 @@ fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
-/// What no other trial beats, cheapest first.
+/// The trials that no other trial beats, cheapest first.
 pub fn front(study: &Study) -> Markup {
     let rows = study.front();
     if rows.is_empty() {
@@ -244,7 +244,7 @@ pub fn limits(study: &Study) -> Markup {
     }
 }
 
-/// What stiffness, damping and period each method delivers, the worst of each marked.
+/// The effective stiffness, damping and period of each method, the worst of each marked.
 pub fn audit(study: &Study) -> Markup {
     if study.audit.is_empty() {
         return html! {};
@@ -298,7 +298,7 @@ fn in_percent(ratio: f64) -> String {
     }
 }
 
-/// What was not tried, and why.
+/// The choices that were not tried, and why.
 pub fn left_out(study: &Study) -> Markup {
     if study.left_out.is_empty() {
         return html! {};
@@ -306,7 +306,7 @@ pub fn left_out(study: &Study) -> Markup {
     html! { ul { @for line in &study.left_out { li { (clean(line)) } "\n" } } }
 }
 
-/// How the trials were judged.
+/// The way in which the trials were judged.
 pub fn reference(study: &Study) -> Markup {
     let note = &study.reference;
     html! {
@@ -405,7 +405,7 @@ pub fn balance(study: &Study, balance: &ErrorBalance) -> Markup {
     }
 }
 
-/// What the words of the report mean.
+/// The meanings of the words of the report.
 pub fn glossary() -> Markup {
     PreEscaped(include_str!("report_glossary.html").into())
 }

@@ -16,7 +16,7 @@ pub fn number(value: f64) -> String {
     let exponent: i32 = exponent.parse().unwrap_or(0);
     let sign = if value < 0.0 { "−" } else { "" };
     if (-4..6).contains(&exponent) {
-        // No more than three digits tell: 179,179 is 179 000.
+        // No more than three digits count: 179,179 is 179 000.
         let round = 10f64.powi((exponent - 2).max(0));
         let rounded = (value.abs() / round).round() * round;
         let shown = if 2 < exponent { rounded } else { value.abs() };
@@ -75,7 +75,7 @@ pub fn quantity(value: f64, unit: &str) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{} {unit}", number(value));
     }
-    // What rounds up to 1000 belongs to the next prefix.
+    // A value that rounds up to 1000 belongs to the next prefix.
     let fits = |(scale, _): &&(f64, &str)| 0.9995 * scale <= value.abs();
     match PREFIXES.iter().find(fits) {
         Some((scale, prefix)) if value.abs() < 1e9 => {

@@ -222,7 +222,7 @@ fn all() -> Vec<Case> {
     poor().into_iter().chain(wild()).chain(last).collect()
 }
 
-/// The page as a tree: what HTML allows beyond XML is not used, but for the first line, names
+/// The page as a tree. It uses nothing that HTML allows beyond XML, but for the first line, names
 /// without a value and tags without an end.
 fn tree(page: &str) -> String {
     let page = page.strip_prefix("<!DOCTYPE html>\n").expect("HTML 5 starts with its name");
@@ -460,7 +460,7 @@ fn the_energy_is_shown_of_one_trial_per_method_nearest_to_what_is_wanted() {
     }
 }
 
-/// A study with what the spacing costs.
+/// A study with the error of the spacing.
 fn balanced(study: &mut Study) {
     let share = |error: f64, remedy: &str| {
         Some(Share { error, is_bound: false, remedy: remedy.into(), left: 0.25 * error, cost: 0.5 })
@@ -508,7 +508,7 @@ fn errors_of_space_time_and_precision_stand_side_by_side() {
     assert!(page.contains("8000 particles"));
     let page = html(&full());
     assert!(page.contains("The error of space is not included"));
-    // What no figure can hold is drawn all the same.
+    // Values that no figure can hold are drawn all the same.
     for value in [0.0, f64::NAN, f64::INFINITY, 1e-300] {
         let mut study = with(balanced);
         let balance = study.balance.as_mut().unwrap();

@@ -36,14 +36,14 @@ pub struct ExtremesArguments {
     json: bool,
 }
 
-/// What came of it; the keys of `--json`.
+/// Results; the keys of `--json`.
 #[derive(Debug, Serialize)]
 struct Report {
     runs: usize,
     seconds: f64,
     /// Cells of the maps by method and outcome.
     cells: BTreeMap<&'static str, BTreeMap<&'static str, usize>>,
-    /// What must never be; empty.
+    /// Outcomes that must never be; empty.
     failures: Vec<String>,
     distances: Vec<Loss>,
 }

@@ -7,10 +7,11 @@ use msd_run::{Runner, on};
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// How often each picture is drawn; the least time counts, as other programs only ever add to it.
+/// Number of times that each picture is drawn; the least time counts, as other programs only ever
+/// add to it.
 const TIMES: usize = 12;
 
-/// Prints the time of a picture of each scene, by quality and by what is shown.
+/// Prints the time of a picture of each scene, by quality and by contents.
 pub fn run_frames(scenes: &[PathBuf], size: &[u32]) -> Result<(), Failure> {
     let gpu = pollster::block_on(Gpu::headless()).map_err(Failure::input)?;
     let &[width, height] = size else { return Err(Failure::input("a size is WIDTH HEIGHT")) };

@@ -18,7 +18,7 @@ use xtask::stability_table::{euler_steps, stability_table};
 /// Why a command ended early.
 #[derive(Debug)]
 pub struct Failure {
-    /// What is wrong.
+    /// The mistake.
     pub message: String,
     /// The exit code.
     pub code: u8,
@@ -30,7 +30,7 @@ impl Failure {
         Failure { message: message.to_string(), code: 2 }
     }
 
-    /// A run that broke what is promised.
+    /// A run that broke a promise.
     pub fn broken(message: impl Display) -> Self {
         Failure { message: message.to_string(), code: 3 }
     }

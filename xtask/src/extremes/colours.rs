@@ -3,7 +3,7 @@
 use crate::extremes::outcome::{Outcome, Verdict};
 use plotters::style::RGBColor;
 
-/// Errors up to these are told apart, from the best; fractions of the amplitude.
+/// Errors up to these have different colours, from the best; fractions of the amplitude.
 pub(super) const LEVELS: [f64; 4] = [1e-6, 1e-4, 1e-2, 1e-1];
 
 /// Blues from dark, accurate, to light.
@@ -20,7 +20,7 @@ pub(super) fn shade(level: usize) -> RGBColor {
 }
 
 /// The colour of an outcome other than accurate: those of Okabe and Ito (2008), which the
-/// colour-blind tell apart, and in order of lightness too.
+/// colour-blind can distinguish, and in order of lightness too.
 pub(super) fn colour(outcome: Outcome) -> RGBColor {
     match outcome {
         Outcome::Accurate => shade(0),

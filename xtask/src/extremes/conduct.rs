@@ -13,7 +13,7 @@ use std::time::Duration;
 /// Both precisions.
 pub const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
 
-/// What is to be run.
+/// The runs to make.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
     /// Cells of a map.
@@ -43,9 +43,9 @@ impl Plan {
 /// A row of the table of hardships.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// What the hardship is called.
+    /// Name of the hardship.
     pub name: &'static str,
-    /// What is done.
+    /// Description of the hardship.
     pub about: &'static str,
     /// Whether errors are strains of the edges; else fractions of an amplitude.
     pub strain: bool,
@@ -53,7 +53,7 @@ pub struct Row {
     pub verdicts: Vec<[Verdict; 2]>,
 }
 
-/// What came of everything.
+/// Results of everything.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Extremes {
     /// For each method, each map, each precision.
@@ -69,7 +69,7 @@ enum Run {
     Hardship(usize),
 }
 
-/// Runs everything; `hear` is told how many runs are done, and of how many.
+/// Runs everything; calls `hear` with the number of runs that are done, and of all runs.
 pub fn conduct(plan: Plan, hear: &mut dyn FnMut(usize, usize)) -> Extremes {
     let hardships = Arc::new(hardships());
     let runs = Arc::new(runs(plan.grid, hardships.len()));
@@ -161,7 +161,7 @@ impl Extremes {
         self.maps.iter().filter(move |map| map.integrator == integrator)
     }
 
-    /// Every run that must not be as it is, in words.
+    /// Every run with an outcome that must never be, in words.
     pub fn failures(&self) -> Vec<String> {
         let mut found = Vec::new();
         for row in &self.rows {
@@ -192,7 +192,7 @@ impl Extremes {
         cells + self.rows.iter().map(|row| 2 * row.verdicts.len()).sum::<usize>()
     }
 
-    /// Whether nothing was run.
+    /// Returns whether nothing was run.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -1,8 +1,8 @@
 //! Many runs at once, though one may panic or never end.
 //!
 //! A thread cannot be ended from outside. So a run that is not done in time is given up: its thread
-//! is left alone and another takes its place. For that threads are not scoped, and what they work
-//! on is shared.
+//! is left alone and another takes its place. For that threads are not scoped, and they share their
+//! data.
 
 use crate::extremes::outcome::{Outcome, Verdict};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -19,7 +19,8 @@ enum News {
     Done(usize, Verdict),
 }
 
-/// Does `count` runs on so many threads, each within a deadline; `hear` is told how many are done.
+/// Does `count` runs on so many threads, each within a deadline; calls `hear` with the number of
+/// runs that are done.
 ///
 /// The verdicts are in the order of the runs, and do not depend on the number of threads.
 pub(super) fn run_all(
@@ -43,7 +44,7 @@ pub(super) fn run_all(
             Some(News::Started(run)) => running.push((run, Instant::now())),
             Some(News::Done(run, verdict)) => {
                 running.retain(|&(other, _)| other != run);
-                // One that was given up stays so, even if it ends after all.
+                // A run that was given up stays so, even if it ends after all.
                 if verdicts[run].is_none() {
                     verdicts[run] = Some(verdict);
                     done += 1;

@@ -1,4 +1,4 @@
-//! The loss of single precision far from the origin, and what brings it back.
+//! The loss of single precision far from the origin, and the remedies.
 
 use crate::extremes::bodies;
 use msd_core::glam::DVec3;

@@ -1,4 +1,4 @@
-//! The hardships that every method goes through, and what becomes of the body.
+//! The hardships that every method goes through, and the outcomes for the body.
 
 use crate::extremes::bodies::{self, MATERIAL};
 use crate::extremes::judge::{Measure, Task, judge};
@@ -11,9 +11,9 @@ use msd_scene::Precision;
 /// A scene that asks much.
 #[derive(Clone, Debug)]
 pub struct Hardship {
-    /// What it is called.
+    /// Name of the hardship.
     pub name: &'static str,
-    /// What is done.
+    /// Description of the hardship.
     pub about: &'static str,
     /// The scene.
     pub scene: Scene,
@@ -21,7 +21,7 @@ pub struct Hardship {
     times: (f64, f64),
     /// Substeps per step; of an implicit method a quarter.
     substeps: u32,
-    /// The motion, where it is known; else the strain of the edges tells.
+    /// The motion, where it is known; else the strain of the edges is the measure.
     known: Option<Oscillator>,
 }
 
@@ -158,13 +158,13 @@ impl Hardship {
         }
     }
 
-    /// Whether the error of a run is the root mean square strain of the edges.
+    /// Returns whether the error of a run is the root mean square strain of the edges.
     pub fn tells_strain(&self) -> bool {
         self.known.is_none()
     }
 
-    /// Root mean square strain of the springs that have a length; 1 where none has, for there is no
-    /// shape to keep.
+    /// Root mean square strain of the springs that have a length; 1 where none has, as such a body
+    /// has no shape to keep.
     fn strain(&self, positions: &dyn Fn(usize) -> DVec3) -> f64 {
         let with_length = self.scene.springs.iter().filter(|spring| 0.0 < spring.rest_length);
         let (mut sum, mut count) = (0.0, 0.0);

@@ -1,4 +1,4 @@
-//! The judge of a run, step by step: errors, NaN, energy, beside what the watch finds.
+//! The judge of a run, step by step: errors, NaN, energy, beside the findings of the watch.
 
 use crate::extremes::outcome::{Outcome, Verdict};
 use msd_core::glam::DVec3;
@@ -9,13 +9,13 @@ use msd_scene::Precision;
 /// A run to judge.
 #[derive(Clone, Copy, Debug)]
 pub struct Task<'a> {
-    /// What is run.
+    /// The scene to run.
     pub scene: &'a Scene,
     /// How.
     pub settings: Settings,
     /// In which precision.
     pub precision: Precision,
-    /// How many steps.
+    /// Number of steps.
     pub steps: u64,
     /// Evaluations of the forces after which an adaptive method has been seen enough.
     pub evaluations: u64,
@@ -27,7 +27,7 @@ pub const ACCURATE: f64 = 0.1;
 /// Tells an error from a time, seconds, and the positions of the particles, metres.
 type Ruler<'a> = dyn Fn(f64, &dyn Fn(usize) -> DVec3) -> f64 + 'a;
 
-/// What is measured of a run.
+/// The measure of a run.
 pub enum Measure<'a> {
     /// The largest error over the run counts.
     Largest(&'a Ruler<'a>),
@@ -82,7 +82,7 @@ fn error_of(runner: &Runner, error: &Ruler<'_>) -> f64 {
     })
 }
 
-/// Whether everything that a step left is a number.
+/// Returns whether positions and velocities are finite and the energy is not NaN.
 fn is_sound(runner: &Runner) -> bool {
     let finite = on!(runner, simulation => {
         let mut rows = simulation.positions().chain(simulation.velocities());
@@ -96,11 +96,11 @@ struct Course {
     watch: Watch,
     /// Kinetic, elastic and gravitational energy at the start, joules.
     start: f64,
-    /// Sum and number of the same, without what was supplied, over the last quarter, and the
-    /// largest kinetic and elastic part.
+    /// Sum and number of the same, without supplied energy, over the last quarter, and the largest
+    /// kinetic and elastic part.
     late: (f64, u64),
     moving: f64,
-    /// What rounding may have added, joules.
+    /// Energy that rounding may have added, joules.
     rounding: f64,
 }
 
@@ -127,8 +127,8 @@ impl Course {
         }
     }
 
-    /// An energy that is on average over the last quarter above that of the start by half of what
-    /// moves is a gain, by another measure than that of the watch.
+    /// By another measure than that of the watch: a gain is a mean energy over the last quarter
+    /// that exceeds the initial energy by half of the kinetic and elastic part.
     fn outcome(&self, runner: &Runner, error: f64) -> Outcome {
         use Kind::{EnergyAdded, EnergyRisen, Squeezed, TooSoft};
         let mean = self.late.0 / self.late.1.max(1) as f64;

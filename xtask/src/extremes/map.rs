@@ -1,4 +1,4 @@
-//! Maps of a method: its step against what makes a spring fast or slow.
+//! Maps of a method: its step against a property that makes a spring fast or slow.
 
 use crate::extremes::judge::{Measure, Task, judge};
 use crate::extremes::oscillator::Oscillator;
@@ -7,7 +7,7 @@ use msd_core::{Integrator, Settings, Simulation};
 use msd_scene::Precision;
 use serde::Serialize;
 
-/// What lies across a map; the step always goes up.
+/// The quantity across a map; the step always goes up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Across {
@@ -25,7 +25,8 @@ pub enum Across {
 const STEPS: (f64, f64) = (1e-9, 10.0);
 /// Steps of a run.
 const LENGTH: u64 = 320;
-/// What an adaptive method may spend on a cell: it divides the long steps of a stiff spring.
+/// The most evaluations of an adaptive method in a cell: it divides the long steps of a stiff
+/// spring.
 const EVALUATIONS: u64 = 100_000;
 
 impl Across {
@@ -33,7 +34,7 @@ impl Across {
     pub const ALL: [Across; 4] =
         [Across::Stiffness, Across::DampingRatio, Across::Mass, Across::MassRatio];
 
-    /// What the axis is called.
+    /// Title of the axis.
     pub fn title(self) -> &'static str {
         match self {
             Across::Stiffness => "Stiffness, N/m",
@@ -84,7 +85,7 @@ fn powers((from, to): (f64, f64), count: usize) -> Vec<f64> {
     (0..count).map(|row| libm::pow(10.0, from + row as f64 * stride)).collect()
 }
 
-/// How many cells a map has.
+/// Numbers of cells of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {
     /// Cells across.
@@ -105,10 +106,10 @@ impl Grid {
     }
 }
 
-/// A map: what became of every cell.
+/// A map: the outcome of every cell.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Map {
-    /// What lies across.
+    /// The quantity across.
     pub across: Across,
     /// The method.
     pub integrator: Integrator,
@@ -131,8 +132,8 @@ impl Map {
         &self.cells[row * self.values.len() + column]
     }
 
-    /// The number of the longest step up to which a column keeps what it was given; none if the
-    /// shortest does not.
+    /// The number of the longest step up to which a column keeps its energy; none if the shortest
+    /// does not.
     pub fn observed(&self, column: usize) -> Option<usize> {
         let kept = |row: &usize| self.cell(column, *row).outcome.is_kept();
         (0..self.steps.len()).take_while(kept).last()

@@ -1,7 +1,7 @@
 //! An oscillator whose motion is known exactly, whatever its stiffness, masses and damping.
 //!
-//! Two masses on one spring, let go along it: their distance is that of a damped oscillator,
-//! s'' + c/μ s' + k/μ s = 0 with 1/μ = 1/m₁ + 1/m₂, at any amplitude below the rest length.
+//! Two masses on one spring are let go along it. Their distance is that of a damped oscillator, s''
+//! + c/μ s' + k/μ s = 0 with 1/μ = 1/m₁ + 1/m₂, at any amplitude below the rest length.
 
 use msd_core::glam::DVec3;
 use msd_core::{Particle, Scene, Spring, World};
@@ -74,7 +74,7 @@ impl Oscillator {
         }
     }
 
-    /// How far a distance of the masses is from what it should be, in amplitudes.
+    /// Distance of the masses less the exact one, in amplitudes.
     pub fn error(&self, time: f64, positions: &dyn Fn(usize) -> DVec3) -> f64 {
         let stretch = (positions(1) - positions(0)).length() - REST;
         (stretch - self.stretch(time)).abs() / AMPLITUDE

@@ -1,8 +1,8 @@
-//! Outcomes of a run: what is right, what is reported, and what must never be.
+//! Outcomes of a run: right ones, reported ones, and those that must never be.
 
 use serde::Serialize;
 
-/// What became of a run, from good to bad.
+/// Outcome of a run, from good to bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
@@ -43,17 +43,17 @@ impl Outcome {
         Outcome::Panic,
     ];
 
-    /// Whether this must never be.
+    /// Returns whether this must never be.
     pub fn is_failure(self) -> bool {
         Outcome::HiddenGain <= self
     }
 
-    /// Whether the method kept what it was given: neither stopped nor fed with energy.
+    /// Returns whether the method kept the energy that it was given: it neither stopped nor gained.
     pub fn is_kept(self) -> bool {
         self <= Outcome::Bounded
     }
 
-    /// What a reader is shown.
+    /// Name for a reader.
     pub fn name(self) -> &'static str {
         match self {
             Outcome::Accurate => "accurate",
@@ -70,14 +70,14 @@ impl Outcome {
     }
 }
 
-/// What became of a run, and how wrong it was.
+/// Outcome of a run, and its error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
-    /// What became of it.
+    /// The outcome.
     pub outcome: Outcome,
     /// The measure of the run, see its scene; none if it did not get to its end.
     pub error: Option<f64>,
-    /// What was said where it ended early.
+    /// The message, where the run ended early.
     pub said: Option<String>,
 }
 

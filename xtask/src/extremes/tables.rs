@@ -47,7 +47,7 @@ fn two_digits(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// How many cells of the maps came to what, per method, and where theory and maps differ.
+/// Number of cells of the maps by outcome, per method, and the places where theory and maps differ.
 pub fn summary(extremes: &Extremes) -> String {
     let told = Outcome::ALL.into_iter().filter(|outcome| !outcome.is_failure());
     let told: Vec<Outcome> = told.collect();

@@ -36,14 +36,14 @@ fn a_clamped_beam_that_is_pulled_stretches_and_narrows_as_hooke_says() {
             let near = |row: &Particle| row.position.distance(place) < 1e-9;
             moved[beam.part.particles.iter().position(near).expect("a particle there")]
         };
-        // Far from both ends the strain is uniform, and of that the lattice is exact. What the
-        // clamp adds decays at least by exp(−4) per thickness (Saint-Venant): to 1e-5 over 2.5.
+        // Far from both ends the strain is uniform, and of that the lattice is exact. The effect of
+        // the clamp decays at least by exp(−4) per thickness (Saint-Venant): to 1e-5 over 2.5.
         let [left, right] = [-0.25, 0.25].map(|part| at(DVec3::X * (part * LENGTH)).x);
         assert!(((right - left) / (0.5 * LENGTH * strain) - 1.0).abs() < 1e-4, "{cells}");
         let [low, high] = [-0.5, 0.5].map(|part| at(DVec3::Y * (part * THICKNESS)).y);
         assert!(((low - high) / (0.25 * THICKNESS * strain) - 1.0).abs() < 1e-4, "{cells}");
-        // The clamp holds the first of the beam from narrowing: there E is at most 6/5 of what it
-        // is, over about half a thickness.
+        // The clamp keeps the first of the beam from narrowing: there E is at most 6/5 of its value
+        // elsewhere, over about half a thickness.
         let elongation: f64 = load.iter().zip(&moved).map(|(load, moved)| load.dot(*moved)).sum();
         let least = 1.0 - (1.0 - 5.0 / 6.0) * THICKNESS / LENGTH;
         let part = elongation / (LENGTH * strain);

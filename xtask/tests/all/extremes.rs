@@ -24,9 +24,9 @@ fn nothing_panics_hangs_lies_or_is_no_number() {
     assert!(extremes().len() > 5000);
 }
 
-/// Whether a run of 320 steps shows that explicit Euler is unstable one cell beyond its limit
-/// h w = 2 ζ: there the energy grows by more than 10 ζ² per step, which must come to more than the
-/// tenth that is told.
+/// Returns whether a run of 320 steps shows that explicit Euler is unstable one cell beyond its
+/// limit h w = 2 ζ. There the energy grows by more than 10 ζ² per step, which must come to more
+/// than the tenth that is reported.
 fn shows(map: &Map, value: f64) -> bool {
     let ratio = map.across.oscillator(value).damping_ratio;
     map.integrator != Integrator::ExplicitEuler || 0.02 < ratio
@@ -56,7 +56,7 @@ fn the_limit_of_explicit_methods_lies_where_theory_puts_it() {
     assert!(150 < seen, "{seen} columns show a limit");
 }
 
-/// Whether theory promises that a cell of an implicit method or XPBD stays bounded.
+/// Returns whether theory promises that a cell of an implicit method or XPBD stays bounded.
 fn is_promised(map: &Map, value: f64, step: f64) -> bool {
     let epsilon = if map.precision == Precision::F32 { f32::EPSILON.into() } else { f64::EPSILON };
     let stretched = (step * map.across.oscillator(value).frequency()).powi(2);
@@ -152,7 +152,7 @@ fn far_from_the_origin_single_precision_loses_and_both_remedies_give_it_back() {
 
 #[test]
 fn no_built_in_scene_is_said_to_gain_energy() {
-    // What touches is asked the same in `crates/msd-run/tests/all/touching_scenes.rs`.
+    // The test of scenes with contact is in `crates/msd-run/tests/all/touching_scenes.rs`.
     let elsewhere = ["trampoline", "twist", "funnel", "knot", "curtain"];
     let here = msd_scene::BUILTINS.iter().filter(|builtin| !elsewhere.contains(&builtin.name));
     for builtin in here {

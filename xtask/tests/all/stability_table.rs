@@ -45,7 +45,7 @@ fn the_marginal_stiffness_is_the_one_predicted() {
     assert!(table.rows.iter().any(|row| row.damping == 0.3));
     let text = table.text();
     assert!(text.contains("10600") && text.contains("2150000") && text.contains("theory 2"));
-    // serde_json reads a number back to its last digit but one: what is shown is the same.
+    // serde_json reads a number back to its last digit but one: the printed table is the same.
     let json = serde_json::to_string(&table).unwrap();
     assert_eq!(serde_json::from_str::<StabilityTable>(&json).unwrap().text(), text);
 }

@@ -1,4 +1,4 @@
-//! Buffers on the device, which grow with what is drawn.
+//! Buffers on the device, which grow with the picture.
 
 use wgpu::{Buffer, BufferUsages, Device, Queue};
 
@@ -8,12 +8,12 @@ pub(crate) struct Rows {
     label: &'static str,
     usage: BufferUsages,
     buffer: Option<Buffer>,
-    /// How many rows were uploaded last.
+    /// Number of rows that were uploaded last.
     pub count: u32,
 }
 
 impl Rows {
-    /// An empty buffer; `usage` says what the rows are for.
+    /// An empty buffer; `usage` is the purpose of its rows.
     pub fn new(label: &'static str, usage: BufferUsages) -> Self {
         Self { label, usage: usage | BufferUsages::COPY_DST, buffer: None, count: 0 }
     }

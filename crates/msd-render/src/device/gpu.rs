@@ -3,7 +3,7 @@
 use crate::error::RenderError;
 use wgpu::{Adapter, Device, Instance, InstanceDescriptor, Limits, Queue, Surface};
 
-/// A graphics device and what it came from; clones share the device.
+/// A graphics device with its instance and adapter; clones share the device.
 #[derive(Clone, Debug)]
 pub struct Gpu {
     /// The entry to the drivers; a lost surface is made anew from it.
@@ -12,7 +12,7 @@ pub struct Gpu {
     pub adapter: Adapter,
     /// The device that makes buffers, textures and pipelines.
     pub device: Device,
-    /// Where finished commands are submitted.
+    /// The queue to which finished commands are submitted.
     pub queue: Queue,
 }
 
@@ -78,7 +78,8 @@ impl Gpu {
     }
 }
 
-/// The limits to ask for: WebGPU's defaults, or what OpenGL can do, and never more than there is.
+/// The limits to ask for: WebGPU's defaults, or those of OpenGL, and never more than the adapter
+/// has.
 fn needed_limits(adapter: &Adapter) -> Limits {
     let available = adapter.limits();
     let base = match adapter.get_info().backend {

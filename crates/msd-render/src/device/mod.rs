@@ -1,4 +1,4 @@
-//! The graphics device, and what a picture needs on it: buffers, uniforms, shaders, textures and
+//! The graphics device, and its parts for a picture: buffers, uniforms, shaders, textures and
 //! pipelines.
 
 pub mod gpu;

@@ -26,7 +26,7 @@ struct Input {
     per_instance: bool,
 }
 
-/// How fragments meet what is there already.
+/// The way in which fragments meet those that are there already.
 #[derive(Clone, Copy)]
 struct Output {
     test_depth: bool,
@@ -47,7 +47,7 @@ pub(crate) struct Pipelines {
     pub sky: RenderPipeline,
     /// The side of surfaces that faces the viewer.
     pub surface_front: RenderPipeline,
-    /// The other side; drawn later, so that what the first hides is never shaded.
+    /// The other side; drawn later, so that fragments behind the first are never shaded.
     pub surface_back: RenderPipeline,
     pub ground_front: RenderPipeline,
     pub ground_back: RenderPipeline,
@@ -60,7 +60,7 @@ pub(crate) struct Pipelines {
     pub casters: [Casters; 2],
 }
 
-/// What casts shadows.
+/// Pipelines of all that casts shadows.
 #[derive(Debug)]
 pub(crate) struct Casters {
     pub surface: RenderPipeline,
@@ -68,7 +68,7 @@ pub(crate) struct Casters {
     pub point: RenderPipeline,
 }
 
-/// What all pipelines share.
+/// Data that all pipelines share.
 struct Maker<'a> {
     device: &'a Device,
     format: TextureFormat,

@@ -1,15 +1,15 @@
-//! Quality of pictures, by what they may cost.
+//! Quality of pictures, by their cost.
 
 use wgpu::{Adapter, DeviceType};
 
-/// How much a picture may cost: what is beautiful, or what a processor draws in time.
+/// Quality of a picture: the most beautiful, or one that a processor draws in time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
     /// Soft shadows, four samples per pixel, a grid on the ground. Default.
     #[default]
     Full,
-    /// Plain shadows from a smaller map, one sample per pixel, no grid: several times as fast where
-    /// there is no graphics processor.
+    /// Plain shadows from a smaller map, one sample per pixel, no grid: several times as fast
+    /// without a graphics processor.
     Fast,
 }
 
@@ -38,7 +38,7 @@ impl Quality {
         }
     }
 
-    /// Side of the map of what is above the ground, texels: its softness is wanted.
+    /// Side of the depth map of bodies above the ground, texels: its softness is wanted.
     pub(crate) fn ground_size(self) -> u32 {
         match self {
             Quality::Full => 256,

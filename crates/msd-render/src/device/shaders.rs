@@ -28,7 +28,7 @@ pub const GROUND: &str = with_light!("shaders/ground.wgsl");
 pub const LINE: &str = with_light!("shaders/line.wgsl");
 /// Round points.
 pub const POINT: &str = with_light!("shaders/point.wgsl");
-/// What casts shadows, seen from the light.
+/// The shader of shadow casters, seen from the light.
 pub const SHADOW: &str = with_common!("shaders/shadow.wgsl");
 /// Rectangles over the picture.
 pub const OVERLAY: &str = with_common!("shaders/overlay.wgsl");

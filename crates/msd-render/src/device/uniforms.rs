@@ -27,9 +27,9 @@ pub(crate) struct Globals {
 /// The light of a picture.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Light {
-    /// What the light sees.
+    /// The depth map as seen from the light.
     pub sun: DepthMap,
-    /// What is seen from below the ground.
+    /// The depth map as seen from below the ground.
     pub ground: DepthMap,
     /// Height of the ground, metres, if there is one.
     pub level: Option<f32>,

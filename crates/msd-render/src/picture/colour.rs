@@ -5,14 +5,14 @@ use msd_core::Body;
 pub use msd_core::PALETTE;
 
 /// Blue, at the full scale of compression and beyond; grey, at rest; red, at that of stretch. Blue
-/// and red differ for colour-blind eyes too, and what is not at rest is darker.
+/// and red differ for colour-blind eyes too, and springs that are not at rest are darker.
 const COMPRESSED: [f32; 3] = [0.08, 0.33, 0.72];
 const RELAXED: [f32; 3] = [0.72, 0.72, 0.70];
 const STRETCHED: [f32; 3] = [0.80, 0.16, 0.10];
 /// Between grey and either end, so that small strains show.
 const PRESSED: [f32; 3] = [0.38, 0.60, 0.85];
 const PULLED: [f32; 3] = [0.93, 0.55, 0.35];
-/// Of what is not a number.
+/// Colour of NaN.
 const BROKEN: [f32; 3] = [0.85, 0.0, 0.75];
 /// From little to much: dark to light, so that it reads without its hues.
 const LITTLE: [f32; 3] = [0.16, 0.20, 0.50];
@@ -45,7 +45,7 @@ pub fn scale_colour(scale: Scale, value: f32) -> [f32; 3] {
 }
 
 /// Returns the colour of a share of a full scale, such as an error or a speed, sRGB components from
-/// 0 to 1: dark at 0, light from 1 on. What is not a number is purple.
+/// 0 to 1: dark at 0, light from 1 on. NaN is purple.
 pub fn share_colour(share: f32) -> [f32; 3] {
     if share.is_nan() { BROKEN } else { between([LITTLE, SOME, MUCH], share) }
 }
@@ -114,7 +114,7 @@ mod tests {
         }
     }
 
-    /// The luminance of a colour, 0 to 1: what is left of it without hue.
+    /// The luminance of a colour, 0 to 1: its brightness without hue.
     fn luminance(colour: [f32; 3]) -> f32 {
         let linear = colour.map(|part| part.powf(2.2));
         0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]

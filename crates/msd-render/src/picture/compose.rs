@@ -8,7 +8,7 @@ use crate::viewing::view::{Style, View};
 use glam::Vec3;
 use msd_core::{Real, Snapshot, Vector};
 
-/// Overwrites all columns with what the snapshot shows.
+/// Overwrites all columns with the contents of the snapshot.
 ///
 /// No column gets longer than fits into `limit` bytes.
 pub(crate) fn set_geometry<R: Real>(
@@ -46,8 +46,8 @@ pub(crate) fn set_geometry<R: Real>(
     }
 }
 
-/// Finds the scale of the colours, and the values of particles if it is of these; without errors
-/// there is no scale of them.
+/// Finds the scale of the colours, and the values of particles if it is of these. Without errors
+/// they have no scale.
 fn set_shades<R: Real>(geometry: &mut Geometry, snapshot: &Snapshot<'_, R>, style: &Style) {
     let Geometry { errors, shades, scale, .. } = geometry;
     let quantity = style.colour_by.filter(|&quantity| {

@@ -36,7 +36,8 @@ pub(crate) struct Line {
     pub width: f32,
     /// The other end, metres.
     pub b: Vec3,
-    /// How far it is pulled to the eye before depth is compared, as a fraction of its distance.
+    /// Distance by which it is pulled to the eye before depth is compared, as a fraction of its
+    /// distance.
     pub bias: f32,
     /// Colour and opacity, sRGB.
     pub colour: [u8; 4],
@@ -70,7 +71,7 @@ pub(crate) struct Patch {
     pub u: Vec3,
     /// The direction out of the solid, length one.
     pub normal: Vec3,
-    /// How much of it is seen, 0 to 1.
+    /// Opacity, 0 to 1.
     pub opacity: f32,
 }
 
@@ -79,41 +80,41 @@ pub(crate) struct Patch {
 pub(crate) struct Geometry {
     /// Vertices of surfaces.
     pub vertices: Vec<SurfaceVertex>,
-    /// Where those of solids begin, which come last.
+    /// Index of the first of those of solids, which come last.
     pub first_solid: usize,
     /// Three indices into `vertices` per triangle.
     pub triangles: Vec<[u32; 3]>,
     /// Lines; the first `casting_lines` cast shadows, and the first `rods` of these are round.
     pub lines: Vec<Line>,
-    /// How many lines are round rods.
+    /// Number of lines that are round rods.
     pub rods: usize,
-    /// How many lines cast shadows.
+    /// Number of lines that cast shadows.
     pub casting_lines: usize,
     /// Points; the first `casting_points` cast shadows.
     pub points: Vec<Point>,
-    /// How many points cast shadows.
+    /// Number of points that cast shadows.
     pub casting_points: usize,
     /// Patches of planes; the first `front_patches` are seen from their front.
     pub patches: Vec<Patch>,
-    /// How many patches are seen from their front.
+    /// Number of patches that are seen from their front.
     pub front_patches: usize,
     /// Sizes of the patterns, kept from picture to picture.
     pub sizes: Sizes,
-    /// The error of each particle, metres, as the renderer was told.
+    /// The error of each particle, metres, as the caller set it.
     pub errors: Vec<f32>,
-    /// What colours stand for.
+    /// The scale of the colours.
     pub scale: Option<Scale>,
     /// The value in whose colour each particle is drawn; empty for own colours.
     pub shades: Vec<f32>,
-    /// Positions as they are drawn, metres.
+    /// Drawn positions, metres.
     pub positions: Vec<Vec3>,
     /// Lowest and highest corner around all that can be drawn, metres.
     pub bounds: (Vec3, Vec3),
     /// Radius of a particle, metres.
     pub particle_radius: f32,
-    /// By how much balls are sunk into what they lie on at most, metres.
+    /// Greatest depth, metres, by which balls are sunk into the obstacles that they lie on.
     pub ball_radius: f32,
-    /// Height of the ground as it is drawn, metres, if there is any.
+    /// Height of the drawn ground, metres, if there is any.
     pub level: Option<f32>,
 }
 
@@ -129,7 +130,7 @@ impl Geometry {
         self.shades.clear();
     }
 
-    /// The colour of a particle by its shade; none where there are no shades.
+    /// The colour of a particle by its shade; none where shades are missing.
     pub fn shade(&self, particle: u32) -> Option<[f32; 3]> {
         let shade = self.shades.get(particle as usize).copied();
         self.scale.zip(shade).map(|(scale, shade)| scale_colour(scale, shade))

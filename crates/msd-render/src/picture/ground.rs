@@ -1,4 +1,4 @@
-//! The planes and half spaces that a picture shows, and what the light sees.
+//! The planes and half spaces that a picture shows, and the depth maps of the light.
 
 use crate::math::{direction_or, is_drawable, tangents};
 use crate::picture::geometry::{Geometry, Patch};
@@ -18,7 +18,7 @@ const WALL_SEEN: [f32; 2] = [3.0, 5.0];
 const LEVEL: f32 = 0.95;
 const UPRIGHT: f32 = 0.1;
 
-/// How opaque a hint of ground is.
+/// Opacity of a hint of ground.
 const HINTED: f32 = 0.5;
 
 /// The radius of a ball around the scene, metres; never zero.
@@ -53,18 +53,18 @@ pub(crate) fn add_planes<R: Real>(
     }
 }
 
-/// The height of the highest level plane or half space, metres, as it is drawn.
+/// The drawn height of the highest level plane or half space, metres.
 pub(crate) fn level<R: Real>(geometry: &Geometry, snapshot: &Snapshot<'_, R>) -> Option<f32> {
     let level = flats(snapshot).filter(|(normal, _)| LEVEL < normal.y);
     let heights = level.map(|(_, offset)| offset - geometry.ball_radius);
     heights.filter(|height| is_drawable(Vec3::Y * *height)).reduce(f32::max)
 }
 
-/// The height of a hint of ground below what hangs on pins where there is no plane, metres.
+/// The height of a hint of ground below bodies that hang on pins above no plane, metres.
 ///
 /// It is a place for a shadow: the body would hang before an empty sky. Nothing meets it.
 ///
-/// A step of its size below, so that it stays where it is while the body moves a little.
+/// A step of its size below, so that it stays in place while the body moves a little.
 pub(crate) fn hint<R: Real>(
     geometry: &Geometry,
     snapshot: &Snapshot<'_, R>,
@@ -107,7 +107,7 @@ fn patch(geometry: &Geometry, view: &View, (normal, centre): (Vec3, Vec3)) -> Op
     if UPRIGHT < normal.y.abs() {
         return Some(Patch { half: [SLOPE_REACH * radius; 2], ..whole });
     }
-    // Its top stays where it is while what is before it moves a little.
+    // Its top stays in place while the bodies before it move a little.
     let step = (2.0 * radius).log2().ceil().exp2();
     let bottom = geometry.level.unwrap_or(((middle.y / step).floor() - 1.0) * step);
     let top = bottom + ((geometry.bounds.1.y - bottom) / step * 1.1).ceil().max(1.0) * step;
@@ -132,15 +132,15 @@ pub(crate) struct DepthMap {
     pub side: u32,
     /// Size of a texel, metres.
     pub texel: f32,
-    /// What its depths from 0 to 1 are, metres.
+    /// Depth of its values from 0 to 1, metres.
     pub depth: f32,
 }
 
 /// The picture of depths that the light sees, `map_size` texels wide; or another one from far away.
 ///
-/// It covers the bodies, and of the solids what is near them. Its size grows in steps and its
-/// corner moves by whole texels, so that the shadow of a still part does not shimmer when another
-/// part moves.
+/// It covers the bodies, and the parts of solids near them. Its size grows in steps and its corner
+/// moves by whole texels. The shadow of a still part therefore does not shimmer when another part
+/// moves.
 pub(crate) fn depth_map(geometry: &Geometry, light: Vec3, map_size: u32) -> DepthMap {
     let helper = if light.y.abs() < 0.99 { Vec3::Y } else { Vec3::X };
     let to_light = look_to_mat4(Vec3::ZERO, -light, helper);

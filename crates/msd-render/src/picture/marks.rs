@@ -7,7 +7,7 @@ use crate::viewing::quantity::Scale;
 use crate::viewing::view::View;
 use msd_core::{Body, Real, Snapshot, Vector};
 
-/// Colour of what belongs to no body.
+/// Colour of particles and springs that belong to no body.
 const NEUTRAL: [f32; 3] = [0.45, 0.47, 0.52];
 /// Colour of free particles.
 const PARTICLE: [f32; 3] = [0.93, 0.94, 0.96];
@@ -20,7 +20,7 @@ const SPRING_BIAS: f32 = 0.0015;
 /// Pulled in front of everything.
 const ON_TOP: f32 = 1e9;
 
-/// Whether a body hides its springs and particles behind a surface.
+/// Returns whether a body hides its springs and particles behind a surface.
 fn is_covered(owner: Option<u32>, bodies: &[Body], view: &View) -> bool {
     let body = owner.and_then(|body| bodies.get(body as usize));
     view.style.surfaces && body.is_some_and(|body| !body.surface.triangles.is_empty())
@@ -42,7 +42,8 @@ pub(crate) struct Ball {
 }
 
 impl Ball {
-    /// By how much it is sunk into what it lies on where it is drawn in a radius, metres.
+    /// Depth, metres, by which a particle drawn in a radius is sunk into the obstacle that it lies
+    /// on.
     fn sunk(self, radius: f32) -> f32 {
         if self.is_met { 0.0 } else { radius }
     }
@@ -214,8 +215,8 @@ mod tests {
     use super::*;
     use msd_core::{Material, Pin, Scene, Settings, Simulation, shape};
 
-    /// The rails of a cloth of three rows of three whose particles of these numbers are pinned, as
-    /// how many there are, and the particles on them.
+    /// Returns the rails of a cloth of three rows of three whose particles of these numbers are
+    /// pinned: their number, and the particles on them.
     fn rails(pins: &[usize]) -> (usize, Vec<usize>) {
         let part = shape::cloth([3, 3], 1.0, Material::default()).expect("a valid size");
         let mut scene = Scene::of("cloth", part);
@@ -235,7 +236,7 @@ mod tests {
     fn rails_run_along_the_rim_of_a_cloth_where_it_is_pinned_and_nowhere_else() {
         assert_eq!(rails(&[0, 1, 2, 3, 5, 6, 7, 8]), (8, vec![0, 1, 2, 3, 5, 6, 7, 8]));
         assert_eq!(rails(&[0, 1, 8]), (1, vec![0, 1]));
-        // Neighbours across the rim, and particles of the rim that are no neighbours.
+        // Neighbours across the rim, and particles of the rim that are not neighbours.
         assert_eq!(rails(&[1, 4, 7]), (0, vec![]));
         assert_eq!(rails(&[0, 2]), (0, vec![]));
     }

@@ -5,21 +5,21 @@ use glam::Vec3;
 use msd_core::obstacles::Placed;
 use msd_core::{Shape, Solid};
 
-/// How many particles are asked whether they are seen.
+/// Number of particles whose visibility is checked.
 const SAMPLES: usize = 64;
 /// The part of them that is hidden where all bodies are: a corner that shows is not a view of them.
 const HIDDEN: f32 = 0.9;
 /// The most steps along a ray to a particle.
 const STEPS: usize = 64;
-/// What counts as a hit, as a part of the way.
+/// Largest distance that counts as a hit, as a part of the way.
 const HIT: f64 = 1e-4;
 
-/// A plane across the view: what lies before it is left out.
+/// A plane across the view: everything before it is left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Section {
     /// The direction of view, length one.
     pub forward: Vec3,
-    /// How far along it the plane is, metres from the origin.
+    /// Position of the plane along it, metres from the origin.
     pub depth: f32,
 }
 
@@ -35,7 +35,7 @@ pub(crate) fn section(
     let placed: Vec<Placed<'_>> = solids.iter().map(|solid| Placed::new(solid, time)).collect();
     for particle in (0..geometry.positions.len()).step_by(stride) {
         let Some(point) = geometry.drawable(particle as u32) else { continue };
-        // What lies on a solid is not hidden by its own contact.
+        // A particle on a solid is not hidden by its own contact.
         let margin = 2.0 * geometry.particle_radius;
         let mut is_hidden = false;
         for ((solid, placed), hides) in solids.iter().zip(&placed).zip(&mut hides) {
@@ -51,7 +51,7 @@ pub(crate) fn section(
     (0.0 < hidden && HIDDEN * count <= hidden).then_some((hides, section))
 }
 
-/// Whether a solid is met on the way from the eye to a point, up to a margin before it.
+/// Returns whether a solid is met on the way from the eye to a point, up to a margin before it.
 fn is_between(shape: &Shape, placed: &Placed<'_>, [eye, point]: [Vec3; 2], margin: f32) -> bool {
     if *shape == Shape::HalfSpace {
         return false;

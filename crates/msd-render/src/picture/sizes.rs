@@ -2,14 +2,14 @@
 
 use msd_core::{Body, Pattern, Real, Snapshot};
 
-/// How often the patterns of the bodies fit along their texture coordinates; what was found is kept
-/// as long as the surfaces stay as they are.
+/// Repeats of the patterns of the bodies along their texture coordinates. They are kept until the
+/// surfaces change.
 #[derive(Debug, Default)]
 pub(crate) struct Sizes {
     bodies: Vec<(Key, Vec<[f32; 2]>)>,
 }
 
-/// What the repeats of a body depend on; another surface of as many corners is as good as the same.
+/// The inputs of the repeats of a body; another surface of as many corners counts as the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Key {
     corners: usize,
@@ -19,7 +19,7 @@ struct Key {
 }
 
 impl Sizes {
-    /// How often the pattern fits along u and v at each corner of body number `index`.
+    /// Returns how often the pattern fits along u and v at each corner of body number `index`.
     pub fn repeats<R: Real>(
         &mut self,
         (index, body): (usize, &Body),
@@ -132,7 +132,8 @@ fn repeats(body: &Body, lengths: &Lengths) -> Vec<[f32; 2]> {
     sizes.iter().map(|size| size.map(count)).collect()
 }
 
-/// How often a pattern fits along the longest side of a body, where its size is not given.
+/// Number of times that a pattern fits along the longest side of a body, where its size is not
+/// given.
 fn usual(pattern: Pattern) -> f64 {
     match pattern {
         Pattern::None => 1.0,

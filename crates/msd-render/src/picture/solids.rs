@@ -18,10 +18,10 @@ const HALF: u32 = 24;
 /// Its roughness; it has neither pattern nor another side.
 const DULL: [u8; 4] = [215, 0, 0, 0];
 
-/// Adds every solid, where it is at the time of the snapshot, as far as there is room.
+/// Adds every solid, in its place at the time of the snapshot, as far as there is room.
 ///
 /// It is drawn smaller by the radius of a particle: triangles between particles that lie on it
-/// would cut through its surface. One that hides the bodies is cut open.
+/// would cut through its surface. A solid that hides the bodies is cut open.
 pub(crate) fn add_solids<R: Real>(
     geometry: &mut Geometry,
     snapshot: &Snapshot<'_, R>,
@@ -89,11 +89,11 @@ fn add(geometry: &mut Geometry, placed: &Placed<'_>, shape: &Shape, inset: f64) 
     }
 }
 
-/// The cosine of the angle between a face and the mean of those at a corner up to which they are
-/// drawn as one smooth surface.
+/// The cosine of the greatest angle of a smooth surface: between a face and the mean of those at a
+/// corner.
 const SMOOTH: f64 = 0.8;
 
-/// Adds the triangles of a mesh, each with corners of its own: what meets at an edge keeps it.
+/// Adds the triangles of a mesh, each with corners of its own, so that edges stay sharp.
 fn add_mesh(geometry: &mut Geometry, placed: &Placed<'_>, grid: &DistanceGrid, inset: f64) {
     let mut means = vec![DVec3::ZERO; grid.corners.len()];
     let place = |corner: u32| grid.corners[corner as usize];
@@ -212,7 +212,7 @@ mod tests {
             for corners in &geometry.triangles {
                 let [a, b, c] = corners.map(|corner| geometry.vertices[corner as usize]);
                 let area = (b.position - a.position).cross(c.position - a.position);
-                // At the poles of what is turned, triangles have no area.
+                // At the poles of a surface of revolution, triangles have no area.
                 let faces_out = 0.0 <= area.dot(a.normal + b.normal + c.normal);
                 assert!(faces_out, "{shape:?}: {corners:?}");
             }

@@ -9,7 +9,7 @@ use msd_core::{Body, Pattern, Real, Snapshot};
 
 /// Colour of edges on a surface.
 const EDGE: [f32; 3] = [0.07, 0.10, 0.16];
-/// Colours of surfaces below springs whose colours stand for something: these stand for nothing,
+/// Colours of surfaces below springs whose colours stand for a quantity. These stand for nothing,
 /// and differ from all of a scale with grey in its middle, and of one that begins dark.
 const BELOW: [[f32; 3]; 2] = [[0.24, 0.25, 0.28], [0.90, 0.90, 0.88]];
 /// Edges win against the surface they lie on: 0.2 % of the distance is more than its rounding.
@@ -98,7 +98,7 @@ impl Normals {
         }
     }
 
-    /// How hollow a body of a size is at a particle: from -1, an edge, over 0, flat, to 1, a valley
+    /// Concavity of a body of a size at a particle: from -1, an edge, over 0, flat, to 1, a valley
     /// with a mean curvature of 25 over the size.
     fn hollow(&self, particle: u32, size: f32) -> f32 {
         let [height, square] = self.bends.get(particle as usize).copied().unwrap_or_default();

@@ -10,7 +10,7 @@ const MAX_PITCH: f32 = 1.55;
 const DISTANCES: (f32, f32) = (1e-3, 1e8);
 /// Room left around a framed box, as a factor on its size.
 const MARGIN: f32 = 1.08;
-/// How far above ground the eye stays, as a fraction of the distance to the target.
+/// Least height of the eye above ground, as a fraction of the distance to the target.
 const CLEARANCE: f32 = 0.02;
 /// The near plane as a fraction of the distance to the target.
 const NEAR: f32 = 0.005;
@@ -18,9 +18,9 @@ const NEAR: f32 = 0.005;
 /// A half line from the camera into the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where it starts, metres.
+    /// Origin, metres.
     pub origin: Vec3,
-    /// Where it goes, length one.
+    /// Direction, length one.
     pub direction: Vec3,
 }
 
@@ -128,7 +128,7 @@ impl Camera {
 
     /// Looks at the middle of a box and goes as near as all its corners stay in the picture.
     ///
-    /// The angles stay as they are. A box that is a point or not finite is seen from the default
+    /// The angles do not change. A box that is a point or not finite is seen from the default
     /// distance.
     pub fn frame(&mut self, bounds: (Vec3, Vec3), aspect: f32) {
         *self = self.usable();
@@ -152,8 +152,8 @@ impl Camera {
         *self = self.usable();
     }
 
-    /// Turns up, about the target, until the eye is above a height, metres: of ground, say. Where
-    /// the target is too far below it for that, all stays as it is.
+    /// Turns up, about the target, until the eye is above a height, metres: of ground, say. Does
+    /// nothing where the target is too far below it for that.
     pub fn rise_above(&mut self, height: f32) {
         *self = self.usable();
         let needed = (height - self.target.y) / self.distance + CLEARANCE;

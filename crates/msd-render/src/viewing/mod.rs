@@ -1,5 +1,5 @@
-//! Cameras and views: from where a scene is seen, what of it is shown, what colours stand for, and
-//! what is pointed at.
+//! Cameras and views: the viewpoint, the parts that are shown, the quantity of the colours, and the
+//! object under the pointer.
 
 pub mod camera;
 pub mod quantity;

@@ -8,7 +8,7 @@ use msd_core::{Real, Shape, Snapshot, Vector};
 
 /// Returns the smallest box around all particles, lowest and highest corner, metres.
 ///
-/// Positions that are not finite are left out; without any particle there is no box.
+/// Positions that are not finite are left out; without particles the result is `None`.
 pub fn bounds<R: Real>(snapshot: &Snapshot<'_, R>) -> Option<(Vec3, Vec3)> {
     let points = snapshot.positions().map(|position| position.to_f32());
     let mut drawable = points.filter(|&point| is_drawable(point));
@@ -34,13 +34,14 @@ pub fn ground<R: Real>(snapshot: &Snapshot<'_, R>) -> Option<f32> {
     level.map(|(_, offset)| offset).filter(|height| height.is_finite()).reduce(f32::max)
 }
 
-/// How far around the particles solids count, as a part of the longest side of their box.
+/// Distance around the particles within which solids count, as a part of the longest side of their
+/// box.
 const ROOM: f32 = 1.5;
-/// How large a solid is seen as a whole, as a part of the same.
+/// Largest size of a solid that is seen as a whole, as a part of the same.
 const LARGE: f32 = 4.0;
 
 /// Returns the box of [`bounds`] and the solids near it: all of those that are not much larger, and
-/// of others what is near.
+/// the near parts of others.
 pub fn bounds_with_solids<R: Real>(snapshot: &Snapshot<'_, R>) -> Option<(Vec3, Vec3)> {
     let (low, high) = bounds(snapshot)?;
     let size = (high - low).max_element();

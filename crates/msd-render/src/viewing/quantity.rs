@@ -13,13 +13,13 @@ pub enum Quantity {
     Energy,
     /// The speed of each particle, metres per second.
     Speed,
-    /// The error of each particle, metres, as [`crate::Renderer::set_errors`] is told.
+    /// The error of each particle, metres, as given to [`crate::Renderer::set_errors`].
     Error,
 }
 
 /// Strain on the default scale, from one end of it to rest.
 const STRAIN: f32 = 0.2;
-/// The sizes that a scale may end at by default; what is smaller is nothing, on a scale of 1.
+/// The sizes at which a scale may end by default; smaller values count as zero, on a scale of 1.
 const SIZES: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
 
 impl Quantity {
@@ -49,12 +49,12 @@ impl Quantity {
         }
     }
 
-    /// Whether it is one of springs, which are drawn then; else it is one of particles.
+    /// Returns whether it is one of springs, which are drawn then; else it is one of particles.
     pub fn is_of_springs(self) -> bool {
         matches!(self, Quantity::Strain | Quantity::Force | Quantity::Energy)
     }
 
-    /// Whether it has two directions, such as pull and push.
+    /// Returns whether it has two directions, such as pull and push.
     pub fn is_signed(self) -> bool {
         matches!(self, Quantity::Strain | Quantity::Force)
     }
@@ -109,7 +109,7 @@ impl Quantity {
 /// A quantity and the range of its colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
-    /// What it is of.
+    /// The quantity that it measures.
     pub quantity: Quantity,
     /// The value at the end of the scale, in the unit of the quantity (of a strain, 1); positive.
     pub full: f32,
@@ -170,7 +170,7 @@ mod tests {
             for part in [1.0, 1.5, 3.0, 7.0] {
                 let largest = part * 10f64.powi(power);
                 let end = f64::from(full(largest));
-                // 2.5 is from 2 to 5; what is left is the rounding to single precision.
+                // 2.5 is from 2 to 5; the rest is the rounding to single precision.
                 assert!(largest * (1.0 - 1e-6) <= end && end <= 2.5 * largest, "{largest} {end}");
             }
         }

@@ -1,4 +1,4 @@
-//! View settings: what of a snapshot is shown, and how.
+//! View settings: the parts of a snapshot that are shown, and their looks.
 
 use crate::viewing::camera::Camera;
 use crate::viewing::quantity::Quantity;
@@ -9,14 +9,14 @@ use glam::Vec3;
 pub struct View {
     /// From where the scene is seen.
     pub camera: Camera,
-    /// What is shown.
+    /// The parts that are shown.
     pub style: Style,
 }
 
-/// What is shown of a snapshot.
+/// The parts of a snapshot that are shown.
 ///
-/// A body without a surface, such as a rope, and particles of no body are shown by their springs
-/// and particles as long as `surfaces` is on, in the colour of the body.
+/// A body without a surface, such as a rope, is shown by its springs and particles as long as
+/// `surfaces` is on, in the colour of the body. So are particles of no body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Style {
     /// Whether bodies show their surfaces. Default true.
@@ -25,12 +25,12 @@ pub struct Style {
     pub pattern: bool,
     /// Whether the edges of surface triangles are drawn. Default false.
     pub wireframe: bool,
-    /// What colours stand for; none where bodies have their own. Of a quantity of springs every
-    /// spring is drawn, on surfaces that are grey then; of one of particles all that shows
+    /// The quantity of the colours; none where bodies have their own. For a quantity of springs
+    /// every spring is drawn, on surfaces that are grey then; for one of particles all that shows
     /// particles has its colours. Default none.
     pub colour_by: Option<Quantity>,
     /// The end of the scale of that quantity, in its unit; positive. None takes that of
-    /// [`Quantity::full_scale`], by what is in the picture. Default none.
+    /// [`Quantity::full_scale`], by the contents of the picture. Default none.
     pub full_scale: Option<f32>,
     /// Whether every particle is drawn. Default false.
     pub particles: bool,

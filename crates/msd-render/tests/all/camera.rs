@@ -1,4 +1,4 @@
-//! The camera, and the pointer that finds what it sees.
+//! The camera, and the pointer that finds objects in its view.
 
 use crate::scenes::{Still, block, particle, scene_of};
 use glam::{DVec3, Vec3};

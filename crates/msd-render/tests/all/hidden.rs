@@ -1,4 +1,4 @@
-//! Solids around bodies: they are in the picture, and do not hide what it is about.
+//! Solids around bodies: they are in the picture, and do not hide its subject.
 //!
 //! Without any graphics adapter, not even a software one, a test says that it skips.
 
@@ -22,7 +22,7 @@ fn solids_near_bodies_count_as_a_whole_and_large_ones_by_what_is_near() {
     post.axes = glam::DMat3::from_cols(DVec3::NEG_Y, DVec3::X, DVec3::Z);
     scene.solids = vec![post];
     assert_eq!(framed(&scene), (Vec3::new(-1.0, -0.5, -0.5), Vec3::new(1.0, 1.25, 0.5)));
-    // A table of 40 m ends where it is out of sight, and what is far away does not count.
+    // A table of 40 m ends out of sight, and far parts do not count.
     scene.solids = vec![
         solid(Shape::Box { size: DVec3::new(40.0, 0.5, 40.0) }, DVec3::Y * -0.75),
         solid(Shape::Sphere { radius: 1.0 }, DVec3::X * 10.0),

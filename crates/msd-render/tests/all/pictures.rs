@@ -1,4 +1,4 @@
-//! Pictures show what the snapshot says: facts about pixels, drawn without a window.
+//! Pictures show the snapshot: facts about pixels, drawn without a window.
 //!
 //! Without any graphics adapter, not even a software one, each test says that it skips.
 
@@ -46,7 +46,7 @@ fn brightness(colour: [i32; 3]) -> i32 {
     colour.iter().sum()
 }
 
-/// How many pixels differ visibly.
+/// Number of pixels that differ visibly.
 fn difference(a: &Image, b: &Image) -> usize {
     let pairs = a.rgba.chunks_exact(4).zip(b.rgba.chunks_exact(4));
     let differs = |(a, b): &(&[u8], &[u8])| a.iter().zip(*b).any(|(a, b)| 8 < a.abs_diff(*b));
@@ -107,7 +107,7 @@ fn the_edge_of_a_block_is_an_edge_and_a_curved_side_is_smooth() {
     assert!(other(0.1) + 100 < beside(0.1), "{} against {}", other(0.1), beside(0.1));
     for side in [&beside as &dyn Fn(f32) -> i32, &other] {
         let [near, far] = [side(0.1), side(1.5)];
-        // What is left is the gloss, which changes with the angle of view.
+        // The rest is the gloss, which changes with the angle of view.
         assert!((near - far).abs() < 60, "{near} near the edge, {far} in the middle");
     }
 }
@@ -191,8 +191,8 @@ fn springs_are_grey_at_rest_red_when_stretched_and_blue_when_compressed() {
     assert!(red + 120 < blue && green + 60 < blue, "compressed: {red} {green} {blue}");
 }
 
-/// Two springs of 4 m at the sides of the origin: one that pulls with 500 N and stores 125 J, and
-/// one that pushes with 250 N and stores 31.25 J.
+/// Two springs of 4 m at the sides of the origin: one pulls with 500 N and stores 125 J, the other
+/// pushes with 250 N and stores 31.25 J.
 fn pulled_and_pushed() -> Scene {
     let ends = [1.0, -1.0].map(|y| [particle(-2.0, y, 0.0), particle(2.0, y, 0.0)]);
     Scene {
@@ -219,7 +219,7 @@ fn springs_have_the_colours_of_their_force_and_energy() {
         let image = draw(&gpu, &scene, &View { style, ..view });
         seen_at(&image, &view.camera, Vec3::new(0.5, y, 0.0))
     };
-    // The scale of what is there ends at 500 N, and at 200 J.
+    // The scale of these values ends at 500 N, and at 200 J.
     for (quantity, full, values) in
         [(Quantity::Force, 500.0, [500.0, -250.0]), (Quantity::Energy, 200.0, [125.0, 31.25])]
     {
@@ -262,7 +262,7 @@ fn particles_and_surfaces_have_the_colours_of_their_speed() {
     assert!(red + 30 < blue && green + 30 < blue && blue < 200, "at rest: {red} {green} {blue}");
     let [red, green, blue] = seen(4.3);
     assert!(blue + 60 < red && blue + 40 < green && 150 < red, "moving: {red} {green} {blue}");
-    // All of what rests is of one colour, without its pattern.
+    // All bodies at rest are of one colour, without their patterns.
     let patterned = Style { pattern: false, ..view.style };
     assert_eq!(image, draw(&gpu, &scene, &View { style: patterned, ..view }));
     // On a scale of 1000 m/s both rest.
@@ -352,7 +352,7 @@ fn a_solid_that_is_larger_than_the_bodies_throws_a_shadow_beside_theirs() {
     let camera = Camera { distance: 16.0, pitch: 0.15, ..Camera::default() };
     let lit = draw(&gpu, &scene, &View { camera, style: Style { shadows: false, ..style } });
     let shaded = draw(&gpu, &scene, &View { camera, style });
-    // The block reaches to 0.5 m from the middle, the map of shadows as far again as it is long.
+    // The block reaches to 0.5 m from the middle, and the map of shadows one more block beyond it.
     let beside = Vec3::new(1.2, -3.0, 1.2);
     let [before, after] = [&lit, &shaded].map(|image| brightness(seen_at(image, &camera, beside)));
     assert!(after * 10 < before * 8, "{before} became {after}");

@@ -13,7 +13,7 @@ fn every_shader_parses_and_validates_without_extra_capabilities() {
             let source = &source(text, quality);
             let module = naga::front::wgsl::parse_str(source)
                 .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(source)));
-            // No capabilities: what a browser's WebGPU offers without extensions.
+            // No capabilities: those of a browser's WebGPU without extensions.
             Validator::new(ValidationFlags::all(), Capabilities::empty())
                 .validate(&module)
                 .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(source)));

@@ -8,7 +8,7 @@ use msd_core::{
 };
 use msd_render::Gpu;
 
-/// A scene as it is written: planes do not move it.
+/// An unchanged scene: planes do not move it.
 pub struct Still<R: Real> {
     simulation: Simulation<R>,
     pub positions: Vec<R::Vec3>,
