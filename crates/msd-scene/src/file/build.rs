@@ -14,7 +14,7 @@ use crate::file::sets::NamedSets;
 use crate::file::sets::links::{Links, links};
 use crate::file::sets::materials::set_materials;
 use crate::file::sets::own::OwnSets;
-use crate::file::sets::pins::{held, load, masses, pins};
+use crate::file::sets::pins::{Pins, load, masses, pins};
 use crate::file::substance::overburdened;
 use crate::file::touch::{pierced, started_in_each_other, started_inside, touch};
 use crate::file::tree::{Source, Value};
@@ -143,8 +143,7 @@ fn join(
     (budget, notes): (&mut Budget, &mut Vec<String>),
 ) -> Result<Joined, FileError> {
     let sets = NamedSets::new(source, &file.sets, (scene, own_sets))?;
-    let (pins, guides) = pins(&sets, (&file.pins, &file.world.solids))?;
-    let held = held(&sets, &file.pins)?;
+    let Pins { pins, guides, held } = pins(&sets, (&file.pins, &file.world.solids))?;
     let loads = masses(&sets, &file.masses)?;
     let Links { springs, scales, anchors } =
         links(&sets, (&file.links, &file.world.solids), budget)?;

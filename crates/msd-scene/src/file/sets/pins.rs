@@ -10,7 +10,17 @@ use glam::{DMat3, DVec3};
 use msd_core::{Guide, KeyFrame, Lead, Pin, Scene, Solid};
 use std::collections::BTreeMap;
 
-/// The pins of all rows, and the guides of some of them.
+/// The pins of all rows.
+#[derive(Default)]
+pub(crate) struct Pins {
+    pub(crate) pins: Vec<Pin>,
+    /// The guides of some of them.
+    pub(crate) guides: Vec<Guide>,
+    /// See [`crate::Loaded::held`].
+    pub(crate) held: Vec<(String, Vec<usize>)>,
+}
+
+/// Reads the pins of all rows.
 ///
 /// # Errors
 /// A row that chooses no particle, or one that is pinned already; sets may share particles that
@@ -18,20 +28,25 @@ use std::collections::BTreeMap;
 pub(crate) fn pins(
     sets: &NamedSets<'_>,
     (rows, solids): (&[PinRow], &[SolidRow]),
-) -> Result<(Vec<Pin>, Vec<Guide>), FileError> {
+) -> Result<Pins, FileError> {
     let source = sets.source;
     let mut holders: BTreeMap<usize, usize> = BTreeMap::new();
-    let (mut pins, mut guides) = (Vec::new(), Vec::new());
+    let mut all = Pins::default();
     for (row, pin) in rows.iter().enumerate() {
         let key = format!("pins[{row}]");
         let particles = sets.particles(&key, pin)?;
         let velocity = pin.velocity.unwrap_or_default();
         let velocity = source.vector(format_args!("{key}.velocity"), velocity)?;
         let lead = lead(sets, (&key, pin), &particles, solids)?;
+        if let Some(set) = &pin.set {
+            let is_taken = all.held.iter().any(|(name, _)| name == set);
+            let name = if is_taken { key.clone() } else { set.clone() };
+            all.held.push((name, particles.clone()));
+        }
         let mut held = Vec::new();
         for particle in particles {
             let Some(other) = holders.insert(particle, row) else {
-                pins.push(Pin { particle, velocity });
+                all.pins.push(Pin { particle, velocity });
                 held.push(particle);
                 continue;
             };
@@ -51,29 +66,10 @@ pub(crate) fn pins(
                 }
             };
             let held = held.into_iter().map(|particle| (particle, place(particle))).collect();
-            guides.push(Guide { held, lead, until: pin.until });
+            all.guides.push(Guide { held, lead, until: pin.until });
         }
     }
-    Ok((pins, guides))
-}
-
-/// The particles of each row that names a set, see [`crate::Loaded::held`].
-///
-/// # Errors
-/// As [`pins`].
-pub(crate) fn held(
-    sets: &NamedSets<'_>,
-    rows: &[PinRow],
-) -> Result<Vec<(String, Vec<usize>)>, FileError> {
-    let mut held: Vec<(String, Vec<usize>)> = Vec::new();
-    for (row, pin) in rows.iter().enumerate() {
-        let Some(set) = &pin.set else { continue };
-        let key = format!("pins[{row}]");
-        let is_taken = held.iter().any(|(name, _)| name == set);
-        let particles = sets.particles(&key, pin)?;
-        held.push((if is_taken { key } else { set.clone() }, particles));
-    }
-    Ok(held)
+    Ok(all)
 }
 
 /// A place from the middle of a solid at the start, in the axes of that, metres.
