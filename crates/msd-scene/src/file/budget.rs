@@ -35,14 +35,14 @@ const VOLUME_BYTES: u128 = 400;
 
 /// Estimates the memory that a scene and a run of it take, bytes.
 pub fn memory_of(scene: &Scene) -> f64 {
-    let Scene { particles, springs, bends, volumes, .. } = scene;
-    let rows = [
-        (particles.len(), PARTICLE_BYTES),
-        (springs.len(), SPRING_BYTES),
-        (bends.len(), BEND_BYTES),
-        (volumes.len(), VOLUME_BYTES),
-    ];
-    rows.iter().map(|&(count, each)| count as f64 * each as f64).sum()
+    let count = |rows: usize| rows as u128;
+    let budget = Budget {
+        particles: count(scene.particles.len()),
+        springs: count(scene.springs.len()),
+        bends: count(scene.bends.len()),
+        volumes: count(scene.volumes.len()),
+    };
+    budget.bytes() as f64
 }
 
 impl Budget {
@@ -70,6 +70,18 @@ impl Budget {
         self.volumes = self.volumes.saturating_add(volumes);
     }
 
+    /// The memory of all that was counted, bytes.
+    fn bytes(&self) -> u128 {
+        let rows = [
+            (self.particles, PARTICLE_BYTES),
+            (self.springs, SPRING_BYTES),
+            (self.bends, BEND_BYTES),
+            (self.volumes, VOLUME_BYTES),
+        ];
+        let bytes = rows.map(|(count, each)| count.saturating_mul(each));
+        bytes.into_iter().fold(0, u128::saturating_add)
+    }
+
     /// Counts rows that are not bodies of a scene file; `asks` is the place that asks for them, and
     /// the key.
     pub(crate) fn take_for(
@@ -79,10 +91,7 @@ impl Budget {
     ) -> Result<(), FileError> {
         self.particles = self.particles.saturating_add(particles);
         self.springs = self.springs.saturating_add(springs);
-        let bytes = self.particles.saturating_mul(PARTICLE_BYTES);
-        let bytes = bytes.saturating_add(self.springs.saturating_mul(SPRING_BYTES));
-        let bytes = bytes.saturating_add(self.bends.saturating_mul(BEND_BYTES));
-        let bytes = bytes.saturating_add(self.volumes.saturating_mul(VOLUME_BYTES));
+        let bytes = self.bytes();
         let limit = MEMORY.load(Ordering::Relaxed);
         if bytes <= u128::from(limit) {
             return Ok(());
