@@ -3,9 +3,10 @@
 use crate::{Runner, on};
 use msd_core::glam::DVec3;
 use msd_core::obstacles::Placed;
-use msd_core::{Lead, Model, Real, Shape, Solid, Vector};
+use msd_core::{Body, Lead, Model, Real, Shape, Solid, Vector};
 use serde::Serialize;
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 /// Least depth of a piercing in a solid, in thicknesses: half of one is the middle. Triangles that
 /// cut an edge of a solid off are less deep.
@@ -70,22 +71,19 @@ impl Piercing {
     }
 
     fn find<R: Real>(&self, model: &Model<R>, now: &[DVec3], time: f64) -> Option<Pierced> {
+        let bodies: Vec<_> = model.bodies().iter().map(|body| self.bounds(body, now)).collect();
         let mut ways = Vec::new();
         for (number, solid) in model.solids().iter().enumerate() {
             if !is_pointed(solid) {
                 continue;
             }
             let approach = Approach::new(solid, self.since.0, time);
-            for (at, body) in model.bodies().iter().enumerate() {
-                // Those of the surface, which a program may have made of other particles too.
-                let corners = || body.surface.corners.iter().map(|corner| corner.particle as usize);
-                let (Some(start), Some(last)) = (corners().min(), corners().max()) else {
+            for (at, (body, bounds)) in model.bodies().iter().zip(&bodies).enumerate() {
+                let Some(bounds) = bounds.as_ref().filter(|bounds| approach.comes_near(bounds))
+                else {
                     continue;
                 };
-                let end = last + 1;
-                if !approach.comes_near(&self.before[start..end], &now[start..end]) {
-                    continue;
-                }
+                let Range { start, end } = bounds.particles;
                 let both = self.before[start..end].iter().zip(&now[start..end]);
                 ways.clear();
                 ways.extend(both.map(|(&from, &to)| approach.way(from, to)));
@@ -101,6 +99,20 @@ impl Piercing {
             }
         }
         None
+    }
+
+    /// The bounds of the surface of a body since the last look; `None` without a surface. A program
+    /// may have made the surface of particles of other bodies.
+    fn bounds(&self, body: &Body, now: &[DVec3]) -> Option<Bounds> {
+        let corners = || body.surface.corners.iter().map(|corner| corner.particle as usize);
+        let particles = corners().min()?..corners().max()? + 1;
+        let both = [&self.before, now].map(|places| &places[particles.clone()]);
+        let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (low, high) = both
+            .into_iter()
+            .flatten()
+            .fold(empty, |(low, high), place| (low.min(*place), high.max(*place)));
+        Some(Bounds { particles, low, high })
     }
 }
 
@@ -122,6 +134,13 @@ fn is_pointed(solid: &Solid) -> bool {
 fn thickness(shape: &Shape) -> f64 {
     let cells = if matches!(shape, Shape::Mesh(_)) { 4.0 } else { 1.0 };
     cells * shape.thickness()
+}
+
+/// The range of the particles of a surface, and the box around their ways, metres.
+struct Bounds {
+    particles: Range<usize>,
+    low: DVec3,
+    high: DVec3,
 }
 
 /// The way of a particle between two times, as seen from a solid, metres.
@@ -158,17 +177,11 @@ impl<'s> Approach<'s> {
         Travel { from, to, length: from.distance(to), gap }
     }
 
-    /// Whether the box around some particles, on their way, comes as near as the solid reaches.
-    fn comes_near(&self, before: &[DVec3], now: &[DVec3]) -> bool {
-        let bounds = |places: &[DVec3]| {
-            let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-            places.iter().fold(empty, |(low, high), place| (low.min(*place), high.max(*place)))
-        };
-        let [(low, high), (other_low, other_high)] = [before, now].map(bounds);
-        let (low, high) = (low.min(other_low), high.max(other_high));
+    /// Returns whether the box of a surface comes as near as the solid reaches.
+    fn comes_near(&self, bounds: &Bounds) -> bool {
         let [first, last] = &self.placed;
-        let near = last.middle.max(low).min(high).distance(last.middle);
-        near <= self.reach + first.middle.distance(last.middle)
+        let nearest = last.middle.max(bounds.low).min(bounds.high);
+        nearest.distance(last.middle) <= self.reach + first.middle.distance(last.middle)
     }
 
     /// Whether a triangle is pierced on the way.
