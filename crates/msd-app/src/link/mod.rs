@@ -167,8 +167,7 @@ impl Link {
         let loaded = self.load().map_err(|error| error.to_string())?;
         let refused = |error: msd_core::Error| format!("{}: {error}", loaded.name);
         // In double precision no number of the scene is rounded.
-        let precise =
-            Solver { settings: loaded.settings, precision: Precision::F64, automatic: false };
+        let precise = Solver { precision: Precision::F64, automatic: false, ..loaded.solver() };
         let mut runner = Runner::open_with(&loaded, precise).map_err(refused)?;
         self.edit(&loaded, &mut runner)?;
         let (scene, _) = runner.progress();
