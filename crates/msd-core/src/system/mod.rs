@@ -5,6 +5,7 @@
 
 pub mod state;
 pub(crate) mod guides;
+mod kinds;
 pub mod model;
 pub mod snapshot;
 pub mod hash;

@@ -1,6 +1,7 @@
 //! The model: masses, springs, fields and obstacles of a system, as columns that a step reads.
 
 use super::guides::{Guides, guides_at, power_of_pins};
+use super::kinds::Kinds;
 use super::state::{Columns, State};
 use crate::columns::slots::Slots;
 use crate::columns::{self, Aligned, LANES, RECORD, single};
@@ -211,20 +212,19 @@ impl<R: Real> Model<R> {
         self.pins.iter().map(energy).sum()
     }
 
-    /// The kinds of elements that only join particles to each other, in the order of their sums:
-    /// none of them pushes a body as a whole.
+    /// The kinds of elements that only join particles to each other, see [`Kinds`].
     pub(crate) fn inner(&self) -> [&dyn Force<R>; 3] {
-        [&self.springs, &self.bends, &self.volumes]
+        (Kinds::of_precision().inner)(self)
     }
 
-    /// The kinds that act on each particle alone. Fields start all sums of forces.
+    /// The kinds that act on each particle alone.
     pub(crate) fn single(&self) -> [&dyn Force<R>; 3] {
-        [&self.fields, &self.grabs, &self.pushes]
+        (Kinds::of_precision().single)(self)
     }
 
-    /// The kinds that may do anything, known by their elements alone.
+    /// The kinds that may do anything.
     pub(crate) fn other(&self) -> [&dyn Force<R>; 2] {
-        [&self.air, &self.own]
+        (Kinds::of_precision().other)(self)
     }
 
     /// All kinds, springs first.
@@ -232,11 +232,9 @@ impl<R: Real> Model<R> {
         self.inner().into_iter().chain(self.single()).chain(self.other())
     }
 
-    /// Changes all kinds but springs, which have put the particles in order.
+    /// Changes all kinds but springs.
     fn each_beside_springs(&mut self, mut change: impl FnMut(&mut dyn Force<R>, &Slots)) {
-        let Model { slots, bends, volumes, .. } = self;
-        let Model { fields, grabs, pushes, air, own, .. } = self;
-        let kinds: [&mut dyn Force<R>; 7] = [bends, volumes, fields, grabs, pushes, air, own];
+        let (kinds, slots) = (Kinds::of_precision().beside_springs)(self);
         kinds.into_iter().for_each(|kind| change(kind, slots));
     }
 

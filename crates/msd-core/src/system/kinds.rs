@@ -1,0 +1,45 @@
+//! The kinds of elements of a model, in lists.
+//!
+//! A list of `dyn Force` brings with it all that its kinds do in a run, for each set of
+//! instructions. A generic function that makes one would compile all of that again in every crate
+//! that calls it. The two tables below are not generic, so it is compiled here, once.
+
+use super::Model;
+use crate::columns::slots::Slots;
+use crate::elements::Force;
+use crate::number::{Real, of_type};
+
+/// The functions that make the lists.
+pub(super) struct Kinds<R: Real> {
+    /// The kinds that only join particles to each other, in the order of their sums: none of them
+    /// pushes a body as a whole.
+    pub(super) inner: fn(&Model<R>) -> [&dyn Force<R>; 3],
+    /// The kinds that act on each particle alone. Fields start all sums of forces.
+    pub(super) single: fn(&Model<R>) -> [&dyn Force<R>; 3],
+    /// The kinds that may do anything, known by their elements alone.
+    pub(super) other: fn(&Model<R>) -> [&dyn Force<R>; 2],
+    /// All kinds but springs, which put the particles in order, and that order.
+    pub(super) beside_springs: fn(&mut Model<R>) -> ([&mut dyn Force<R>; 7], &Slots),
+}
+
+static SINGLE: Kinds<f32> = Kinds::new();
+static DOUBLE: Kinds<f64> = Kinds::new();
+
+impl<R: Real> Kinds<R> {
+    const fn new() -> Self {
+        Kinds {
+            inner: |model| [&model.springs, &model.bends, &model.volumes],
+            single: |model| [&model.fields, &model.grabs, &model.pushes],
+            other: |model| [&model.air, &model.own],
+            beside_springs: |model| {
+                let Model { slots, bends, volumes, fields, grabs, pushes, air, own, .. } = model;
+                ([bends, volumes, fields, grabs, pushes, air, own], slots)
+            },
+        }
+    }
+
+    /// The functions for a precision.
+    pub(super) fn of_precision() -> &'static Self {
+        of_type(&SINGLE, &DOUBLE)
+    }
+}
