@@ -10,7 +10,7 @@ use msd_study::choice::Choice;
 /// A chosen setting, with or without a trial from the state of the run.
 #[derive(Debug)]
 pub(super) struct Adopted {
-    /// What it has changed, in words.
+    /// Its changes, in words.
     pub text: String,
     pub choice: Choice,
     trial: Trial,
