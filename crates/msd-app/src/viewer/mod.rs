@@ -572,8 +572,7 @@ impl Viewer {
         self.preferences = preferences;
     }
 
-    /// Returns the current preferences, with the `size` of the window and the `scale` of the
-    /// panels.
+    /// Returns the current preferences; `size` is of the window and `scale` of the panels.
     pub fn remember(&mut self, size: [f32; 2], scale: f32) -> &Preferences {
         self.keep_camera();
         let file = self.session.loaded().files.first();
