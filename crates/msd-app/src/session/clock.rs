@@ -17,7 +17,7 @@ pub const BUDGET: f64 = if cfg!(target_arch = "wasm32") { 1.0 / 60.0 } else { 1.
 /// Span of the averages of the status line, seconds.
 const AVERAGED: f64 = 1.0;
 
-/// How long dropped time stays on the status line, seconds.
+/// Time for which the status line shows dropped time, seconds.
 const SHOWN: f64 = 4.0;
 
 /// Counts and times of one frame.
