@@ -28,7 +28,7 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
         Failure::interrupted(format!("interrupted; that is the best of the {tried} settings tried"))
     });
     let write = |format| write_choice(path, format, tuned.best.trial.choice);
-    // After an interruption or a missed goal, a better setting may exist: it is not written.
+    // After an interruption or a missed goal, a better setting may exist: nothing is written.
     let done = format.filter(|_| tuned.met && ended.is_none()).map(write);
     let written = matches!(done, Some(Ok(()))).then(|| shown_path(path));
     let unwritten = done.and_then(Result::err);

@@ -20,8 +20,8 @@ pub(super) enum Taken {
     Solid(usize, Vec3),
 }
 
-/// Least distance of a solid in front of a particle for the solid to be picked, relative to the
-/// distance of the particle: a body that lies on a solid is picked before the solid.
+/// A particle that lies deeper than a solid by more than this part of the solid's depth is hidden:
+/// a body that lies on a solid is picked before the solid.
 const COVER: f32 = 0.05;
 
 /// Returns the object under a point of the window: a particle, unless a solid hides it.
@@ -47,8 +47,8 @@ pub(super) fn pick_any(viewport: &Viewport, runner: &Runner, at: Pos2) -> Option
 const MOST_STEPS: usize = 256;
 const SAFE: f64 = 0.9;
 
-/// Returns the first solid along a ray and its distance, metres, by sphere tracing: each step is as
-/// long as the distance to the nearest surface (Hart, 1996).
+/// Returns the first solid along a ray and its distance, metres, by sphere tracing (Hart, 1996):
+/// each step is as long as the gap to the nearest surface.
 fn nearest_solid<R: Real>(snapshot: &Snapshot<'_, R>, ray: &Ray) -> Option<(usize, f32)> {
     let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
     let hits = snapshot.solids.iter().enumerate().filter_map(|(solid, row)| {

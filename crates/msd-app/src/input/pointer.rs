@@ -26,8 +26,8 @@ const BUTTONS: [PointerButton; 3] =
 
 /// Applies the input of pointer, wheel and fingers over the 3D view since the last frame.
 ///
-/// Runs before the layout, with the rectangle of the view from the last frame, which is also the
-/// one that egui uses for its hit test.
+/// Runs before the layout, with the rectangle of the view from the last frame. egui's hit test uses
+/// the same one.
 pub fn read_pointer(ctx: &Context, viewer: &mut Viewer) {
     read_hands(ctx, viewer);
     let Some(view) = ctx.read_response(Viewer::view_id()) else { return };

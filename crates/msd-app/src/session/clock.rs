@@ -10,8 +10,8 @@ const LARGEST_DEBT: f64 = 0.25;
 /// Largest wall-clock time that one frame may spend on steps, seconds. In a browser they share
 /// their thread with the whole page, which should respond within 50 ms.
 ///
-/// A limit on time, not only on the number of steps: if a step costs more than it simulates,
-/// catching up would increase the debt with each frame.
+/// The number of steps alone would not do. If a step costs more than it simulates, catching up
+/// would increase the debt with each frame.
 pub const BUDGET: f64 = if cfg!(target_arch = "wasm32") { 1.0 / 60.0 } else { 1.0 / 30.0 };
 
 /// Span of the averages of the status line, seconds.

@@ -45,8 +45,8 @@ impl EnergyReadings {
         self.last.as_ref()?.of(run)
     }
 
-    /// Keeps the readings of a revision if the run then changed only its own substeps: the same
-    /// state has the same energy, and an error of the method continues with any substeps.
+    /// Keeps the readings of a revision if the run then changed only its own substeps. The same
+    /// state has the same energy, and errors of the method go on accumulating.
     pub(super) fn carry_over(&mut self, from: Revision, run: &Run) {
         if let Some(last) = &mut self.last {
             last.carry_over(from, run);

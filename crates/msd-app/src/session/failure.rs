@@ -12,8 +12,8 @@ use msd_scene::schema::SolverRow;
 use msd_scene::{Edits, Loaded};
 use msd_study::quantity::quantity;
 
-/// Range of the time per frame for the search for recovery options, seconds, around half of the
-/// last frame. In a browser the page should respond within 50 ms.
+/// Limits of the time per frame for the search for recovery options, seconds; between them it takes
+/// half of the last frame. In a browser the page should respond within 50 ms.
 const SEARCH: [f64; 2] = [0.02, if cfg!(target_arch = "wasm32") { 0.02 } else { 0.25 }];
 /// Largest number of highlighted springs.
 const MOST_MARKED: usize = 40;

@@ -114,8 +114,8 @@ impl StabilityLight {
         self.age
     }
 
-    /// Returns the age at which the next prediction is due, seconds: at once after a change if it
-    /// is cheap, later if it would slow the run down.
+    /// Returns the age at which the next prediction is due, seconds. After a change a cheap one is
+    /// due at once, an expensive one later.
     fn wait(&self, run: &Run) -> f64 {
         match self.stable(run) {
             None => self.cost / SHARE_OF_VOID,

@@ -38,8 +38,8 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::window::{Window, WindowId};
 
 /// Interval between checks for events of an idle X11 window. winit sleeps until its connection is
-/// readable, but the thread with which a driver presents frames reads it too. An earlier event may
-/// then be in the queue already, and a key would act only at the next event, possibly never
+/// readable, but the thread with which a driver presents frames may read it first. An earlier event
+/// is then in the queue already, and a key would act only at the next event, possibly never
 /// (winit#1985).
 #[cfg(target_os = "linux")]
 const LOOK: Duration = Duration::from_millis(100);

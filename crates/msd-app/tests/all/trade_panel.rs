@@ -1,5 +1,5 @@
-//! The trade-off in the window: a background study, void after a change of the scene but not of the
-//! solver, and the choices made by it; the error as a colour.
+//! The trade-off in the window: a background study, which a change of the scene voids but not one
+//! of the solver; the choice of settings; the error as a colour.
 
 use egui::Vec2;
 use egui::accesskit::Role;

@@ -1,6 +1,5 @@
-//! The window through real input: a virtual display, a synthetic mouse and keyboard, and the
-//! simulation behind it, which the window reports line by line (see `MSD_STATUS` of
-//! `msd_app::view_as`).
+//! The window with real input: a virtual display, a synthetic mouse and keyboard. The window
+//! reports its simulation line by line (see `MSD_STATUS` of `msd_app::view_as`).
 //!
 //! Needs Xvfb, xdotool and a Vulkan driver (`mesa-vulkan-drivers` is enough). If one is missing,
 //! the test prints that and passes, unless `MSD_REQUIRE_WINDOW` is set.

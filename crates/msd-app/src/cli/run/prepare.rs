@@ -255,7 +255,7 @@ pub fn row(solver: &SolverArguments) -> SolverRow {
     if let Some(Step::Seconds(step)) = step {
         row.step = OrAuto::Given(step);
     }
-    // Also for `--step auto`, whose length depends on the state: Verlet starts with it.
+    // Also for `--step auto`, before its length is known: the limit of Verlet depends on substeps.
     if step.is_some() {
         row.substeps = Some(OrAuto::Given(1));
     }

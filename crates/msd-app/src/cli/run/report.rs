@@ -145,8 +145,7 @@ pub struct Distance {
     pub particle: usize,
     /// Size of the scene, metres.
     pub size: f64,
-    /// Time when the root mean square distance passed a hundredth of the size, seconds; null if
-    /// never.
+    /// Time at which the root mean square distance passed 1 % of the size, seconds; null if never.
     pub noticeable_at: Option<f64>,
 }
 

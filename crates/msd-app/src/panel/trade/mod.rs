@@ -204,8 +204,8 @@ fn along_the_front(
     Some((response.rect, (is_meant && is_new).then_some(chosen)))
 }
 
-/// Returns the place of a choice on the front: its own, or that of the cheapest with at most its
-/// error; 0 if it was not measured.
+/// Returns the place of a choice on the front, or of the cheapest one with at most its error; 0 if
+/// it was not measured.
 fn place_on(study: &Study, front: &[usize], now: Option<Choice>) -> usize {
     let trial = now.and_then(|now| study.trials.iter().find(|trial| trial.choice == now));
     let Some(trial) = trial else { return 0 };
@@ -214,8 +214,8 @@ fn place_on(study: &Study, front: &[usize], now: Option<Choice>) -> usize {
     own.or_else(as_good).unwrap_or(front.len() - 1)
 }
 
-/// Shows the fields that search by error or by cost, and the result; returns the places of the
-/// first field and of the button that stops a search.
+/// Shows the fields that search by error or by cost, and the result. Returns the places of the
+/// first field and of the stop button.
 fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> (Rect, Option<Rect>) {
     let memory = egui::Id::unique("within");
     // The values in the fields, and whether a search for them is due.

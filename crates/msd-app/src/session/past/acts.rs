@@ -77,9 +77,9 @@ impl Session {
 
 /// Undo.
 impl Session {
-    /// Notes the user input of a frame, before [`Session::advance`]: whether a pointer button is
-    /// pressed, and whether a button or key is down or a text field has the focus. Edits between a
-    /// press and its release are a single edit to undo.
+    /// Notes the user input of a frame, before [`Session::advance`]. `presses`: a button was
+    /// pressed; `holds`: a button or key is down, or a text field has the focus. Edits from a press
+    /// to its release are a single undo step.
     pub fn follow_hands(&mut self, presses: bool, holds: bool) {
         self.undo.follow(presses, holds);
     }

@@ -145,8 +145,8 @@ pub struct Undo {
 }
 
 impl Undo {
-    /// Notes the user input of a frame before its time passes: whether a button is pressed, which
-    /// begins a separate edit, and whether a button or key is held.
+    /// Notes the user input of a frame before its time passes. `presses` begins a separate edit;
+    /// `holds` is whether a button or key is down.
     pub(in crate::session) fn follow(&mut self, presses: bool, holds: bool) {
         if presses {
             self.age = f64::INFINITY;

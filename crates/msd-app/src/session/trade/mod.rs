@@ -1,5 +1,5 @@
 //! The trade-off between speed and accuracy, measured in the background: a study of the current
-//! scene, the cost and effect of its terms, and the choice of a measured setting.
+//! scene, cost and effect of its terms, and choice of a setting.
 //!
 //! A study does not depend on the solver of the run: method, substeps and precision may change in
 //! the meantime. Any other change voids it.

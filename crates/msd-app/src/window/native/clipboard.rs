@@ -1,5 +1,5 @@
-//! The clipboard of the desktop, for text. egui-winit's own also copies images, and depends on a
-//! package with all their formats; on Wayland it has a separate implementation, which stays in use.
+//! The clipboard of the desktop, for text. egui-winit's own also copies images, which takes a
+//! package with all their formats. On Wayland, egui-winit's separate implementation stays in use.
 
 use egui::OutputCommand;
 use winit::event::{ElementState, WindowEvent};

@@ -42,8 +42,8 @@ fn adapted(mut raw: egui::RawInput, context: &egui::Context) -> egui::RawInput {
     raw
 }
 
-/// Uses the points of the page, independently of the pixels of the canvas: if a browser emulates
-/// another screen, the canvas keeps the pixels of the true one, and text would be too large.
+/// Uses the points of the page, independently of the pixels of the canvas. If a browser emulates
+/// another screen, the canvas keeps the true pixels, and text would be too large.
 fn fit_points(raw: &mut egui::RawInput, context: &egui::Context) {
     let Some(canvas) = canvas() else { return };
     let [width, height] = [canvas.client_width(), canvas.client_height()].map(|side| side as f32);

@@ -25,8 +25,8 @@ pub fn opened(fragment: &str) -> Result<Vec<u8>, String> {
     packed(&link_of(fragment)?.load().map_err(|error| error.to_string())?)
 }
 
-/// Does the same before the window exists, and lays out a hidden frame: a browser compiles code at
-/// its first run, and the page shares the code that ran in a worker.
+/// Does the same before the window exists, and lays out a hidden frame. A browser compiles code at
+/// its first run, and the page shares code that ran in a worker.
 ///
 /// # Errors
 /// One line on why the link cannot be followed.

@@ -31,9 +31,8 @@ thread_local! {
     static FRAMES: Cell<u64> = const { Cell::new(0) };
 }
 
-/// Starts the window in the canvas of the page. `fragment` is that of a link, `rows` its scene,
-/// opened by a worker, and `preferences` those stored by the page; `by_touch` is whether the input
-/// is by touch.
+/// Starts the window in the canvas of the page. `fragment` is that of a link, and `rows` its scene,
+/// from a worker. The page has stored `preferences`; `by_touch` is whether the input is by touch.
 ///
 /// # Errors
 /// One line on why there is no window.
