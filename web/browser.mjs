@@ -11,7 +11,7 @@ import assert from 'node:assert/strict';
 
 const DIST = new URL('./dist/', import.meta.url).pathname;
 export const PATIENCE = 120_000;
-// What a test may take in all, milliseconds: more than ten times what the longest does.
+// Time limit for a test, milliseconds: more than ten times the longest one.
 const LIMIT = 480_000;
 const KINDS = {
   '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml',
@@ -20,7 +20,7 @@ const KINDS = {
 const BROWSERS = ['/usr/bin/chromium', '/usr/bin/google-chrome', '/usr/bin/chromium-browser'];
 export const executable = process.env.MSD_CHROMIUM ?? BROWSERS.find(existsSync);
 
-// The files of the page on loopback.
+// Serves the files of the page on localhost.
 export const serve = () => listen(async (request, response) => {
   const path = new URL(request.url, 'http://x').pathname.replace(/\/$/, '/index.html');
   try {
@@ -31,13 +31,13 @@ export const serve = () => listen(async (request, response) => {
   }
 });
 
-// The text of a built-in scene, with automatic substeps.
+// Returns the text of a built-in scene, with automatic substeps.
 export async function automatic(scene) {
   const file = new URL(`../crates/msd-scene/scenes/${scene}.toml`, import.meta.url);
   return (await readFile(file, 'utf8')).replace(/^substeps = .*$/m, 'substeps = "auto"');
 }
 
-// A page of another site, whatever is asked for.
+// Serves a page of another site, the same for each request.
 export async function serveText(text) {
   const { server, url } = await listen((_, response) => {
     response.writeHead(200, { 'content-type': 'text/html' }).end(text);
@@ -51,8 +51,8 @@ async function listen(answer) {
   return { server, url: `http://127.0.0.1:${server.address().port}/` };
 }
 
-// The mean brightness of a picture, 0 to 255, the share of its pixels that have a colour, 0 to 1, as
-// bodies do and ground and sky do not, and the mean red, green and blue: for a page to call.
+// Returns the mean brightness of an image, 0 to 255, the share of coloured pixels, 0 to 1, and the
+// mean red, green and blue; runs in a page. Bodies are coloured; ground and sky are not.
 export async function survey(base64) {
   const image = await createImageBitmap(await (await fetch(`data:image/png;base64,${base64}`)).blob());
   const pen = new OffscreenCanvas(image.width, image.height).getContext('2d');
@@ -69,7 +69,7 @@ export async function survey(base64) {
   return [(means[0] + means[1] + means[2]) / 3, 4 * coloured / data.length, means];
 }
 
-// Both on an adapter in software. Without one of the four flags of the first the page is blank.
+// Both use software rendering. Without one of the four flags of the first the page is blank.
 export const WAYS = {
   webgpu: ['--enable-unsafe-webgpu', '--enable-features=Vulkan', '--use-vulkan=swiftshader',
     '--use-angle=swiftshader'],
@@ -98,7 +98,7 @@ export class Page {
     page.on('console', message => made.said.push(`${message.type()}: ${message.text()}`));
     page.on('pageerror', error => made.said.push(`error: ${error.message}`));
     context.on('request', request => made.asked.push(request.url()));
-    // What waits for a page that is gone may wait without an end.
+    // Requests to a closed page may never be answered.
     made.gone = new Promise((_, lost) => {
       const say = () => { made.isLost = true; lost(new Error('the browser is gone')); };
       page.on('crash', say);
@@ -108,7 +108,7 @@ export class Page {
     return made;
   }
 
-  // Does what a test does, unless the browser goes or answers nothing for long.
+  // Runs a test, unless the browser closes or does not respond for long.
   async pass(test) {
     let timer;
     const late = new Promise((_, lost) => {
@@ -131,7 +131,7 @@ export class Page {
 
   status() { return this.page.evaluate(() => window.msd.status()); }
 
-  // Two events in one frame are one event: a press and a jump would be a drag.
+  // Two events in one frame would merge: a press and a jump would be a drag.
   async frames(count = 3) {
     await this.page.evaluate(count => new Promise(done => {
       const next = () => (count-- <= 0 ? done() : requestAnimationFrame(next));
@@ -139,7 +139,7 @@ export class Page {
     }), count);
   }
 
-  // Where a place of the canvas is on the page.
+  // Converts a position on the canvas to one on the page.
   async place([x, y]) {
     const box = await this.page.locator('#canvas').boundingBox();
     return [box.x + x, box.y + y];
@@ -172,7 +172,7 @@ export class Page {
     await this.frames();
   }
 
-  // Fingers that touch places of the canvas; none lets go.
+  // Touches positions of the canvas with one finger each, without a release.
   async touch(...places) {
     const points = await Promise.all(places.map(place => this.place(place)));
     const touchPoints = points.map(([x, y], id) => ({ x, y, id }));
@@ -181,11 +181,11 @@ export class Page {
     await this.cdp.send('Input.dispatchTouchEvent', { type, touchPoints });
   }
 
-  // Lets the fingers go from some places to others.
+  // Moves the fingers from some positions to others.
   async swipe(from, to, meanwhile = async () => {}) {
     const between = part => from.map((place, finger) =>
       place.map((number, axis) => number + (to[finger][axis] - number) * part));
-    // Off at once: a finger that rests through a slow frame is a long touch.
+    // At once: a finger that rests during a slow frame is a long touch.
     await this.touch(...from);
     for (let step = 1; step <= 6; step++) {
       await this.touch(...between(step / 6));
@@ -217,12 +217,12 @@ export class Page {
     }
   }
 
-  // The share of the middle of a view that has a colour on the screen, 0 to 1.
+  // Returns the share of coloured pixels in the middle of a view, 0 to 1.
   async coloured([left, top, width, height]) {
     return (await this.survey([left + width / 4, top + height / 4, width / 2, height / 2]))[1];
   }
 
-  // What `survey` says of a rectangle of the canvas on the screen.
+  // Returns the `survey` of a rectangle of the canvas.
   async survey([left, top, width, height]) {
     const [x, y] = await this.place([left, top]);
     const clip = { x, y, width, height };
@@ -234,7 +234,7 @@ export class Page {
     if (this.pictures) await this.page.screenshot({ path: join(this.pictures, `${name}.png`) });
   }
 
-  // A picture for docs/, small.
+  // Takes a small screenshot for docs/.
   async photo(name) {
     if (!this.pictures) return;
     const png = await this.page.screenshot({ scale: 'css' });
@@ -248,7 +248,7 @@ export class Page {
     await writeFile(join(this.pictures, `${name}.webp`), Uint8Array.from(webp));
   }
 
-  // Nothing on the console, and nothing asked of anybody else.
+  // Asserts that there were no console messages, and no requests to other sites.
   check() {
     assert.deepEqual(this.said, [], 'messages on the console');
     const others = this.asked.filter(url => !url.startsWith(this.url) && !/^(data|blob|about):/.test(url));

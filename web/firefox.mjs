@@ -1,5 +1,5 @@
-// Drives the page in Firefox, through Marionette: node web/firefox.mjs [FOLDER], with pictures of
-// what it saw in FOLDER. It takes a display, as Firefox has no WebGL2 without one.
+// Tests the page in Firefox through Marionette: node web/firefox.mjs [FOLDER], with screenshots in
+// FOLDER. It needs a display: Firefox has no WebGL2 without one.
 import { spawn } from 'node:child_process';
 import { existsSync } from 'node:fs';
 import { mkdtemp, readFile, rm, writeFile } from 'node:fs/promises';
@@ -11,7 +11,7 @@ import { PATIENCE, serve, survey } from './browser.mjs';
 
 const executable = process.env.MSD_FIREFOX ?? ['/usr/bin/firefox-esr'].find(existsSync);
 
-// On an adapter in software, at a port that is free, and without a word to anybody else.
+// Software rendering, a free port, and no requests to other sites.
 const SETTINGS = {
   'marionette.port': 0,
   'webgl.force-enabled': true,
@@ -36,8 +36,8 @@ async function until(what, ask, patience = PATIENCE) {
   }
 }
 
-// What Firefox does and what it shows are two contexts, to be switched between. A message is its
-// length in bytes, a colon and JSON: [0, id, name, parameters], answered by [1, id, error, result].
+// Marionette has two contexts, chrome and content. A message is its length in bytes, a colon and
+// JSON: [0, id, name, parameters], with the response [1, id, error, result].
 class Firefox {
   static async start(folder, settings, display) {
     const lines = Object.entries({ ...SETTINGS, ...settings })
@@ -51,7 +51,7 @@ class Firefox {
     const socket = connect(Number(port), '127.0.0.1');
     const made = Object.assign(new Firefox(), { program, socket, asked: [], heard: Buffer.alloc(0) });
     socket.on('data', part => made.hear(part));
-    // Firefox that is gone answers nothing.
+    // A closed Firefox does not answer.
     for (const end of ['error', 'close']) {
       socket.on(end, () => made.asked.forEach(({ failed }) => failed(new Error('Firefox is gone'))));
     }
@@ -68,7 +68,7 @@ class Firefox {
       if (colon < 0 || this.heard.length < end) return;
       const message = JSON.parse(this.heard.subarray(colon + 1, end).toString());
       this.heard = this.heard.subarray(end);
-      // The first one is a greeting.
+      // The first message is a greeting.
       if (!Array.isArray(message)) continue;
       const [, id, error, result] = message;
       const { done, failed } = this.asked[id];
@@ -84,7 +84,7 @@ class Firefox {
     });
   }
 
-  // What an expression of the page comes to, in the end.
+  // Returns the value of an expression in the page, or of its promise.
   async evaluate(expression) {
     const script = `const end = arguments[arguments.length - 1];
       Promise.resolve(${expression}).then(value => end([value]), error => end([null, String(error)]));`;
@@ -95,7 +95,7 @@ class Firefox {
 
   status() { return this.evaluate('window.msd.status()'); }
 
-  // Goes on once the page shows something; a change of the fragment alone would load nothing.
+  // Returns once the page shows a picture; a change of the fragment alone would not load the page.
   async go(url) {
     await this.ask('WebDriver:Navigate', { url: 'about:blank' });
     await this.ask('WebDriver:Navigate', { url });
@@ -108,7 +108,7 @@ class Firefox {
     return this.act({ type: 'key', id: 'keys', actions: [{ type: 'keyDown', value }, { type: 'keyUp', value }] });
   }
 
-  // Errors and warnings of the pages of an address.
+  // Returns the console errors and warnings of pages at an address.
   async said(url) {
     await this.ask('Marionette:SetContext', { value: 'chrome' });
     const script = `const { classes: Cc, interfaces: Ci } = Components;
@@ -125,7 +125,7 @@ class Firefox {
   async picture() { return (await this.ask('WebDriver:TakeScreenshot', { full: false })).value; }
 }
 
-// What a visitor does first.
+// The first actions of a visitor.
 async function visit(firefox, way, url) {
   await firefox.go(`${url}#scene=cube&embed`);
   await until('steps', async () => 5 < (await firefox.status()).steps);
@@ -149,8 +149,8 @@ async function visit(firefox, way, url) {
   await until('going on', async () => steps + 5 < (await firefox.status()).steps);
 }
 
-// The ratio changes as by another screen. Chromium's emulation of it changes the number alone, and
-// neither what a canvas has in pixels of the screen nor what media queries say.
+// Changes the pixel ratio as another screen would. Chromium's emulation changes only the number,
+// not the pixels of a canvas or the result of media queries.
 async function rescale(firefox, _, url) {
   await firefox.go(`${url}#scene=cube&embed`);
   await until('steps', async () => 5 < (await firefox.status()).steps);
@@ -197,7 +197,7 @@ for (const [way, test] of [
   const firefox = await Firefox.start(folder, { 'dom.webgpu.enabled': way === 'webgpu' }, display);
   try {
     await test(firefox, way, url);
-    // Of wgpu, which asks for a name that Firefox will take back.
+    // From wgpu, which requests a name that Firefox has deprecated.
     const said = (await firefox.said(url)).filter(line => !line.startsWith('WEBGL_debug_renderer_info'));
     assert.deepEqual(said, [], 'messages on the console');
     console.log(`ok  Firefox, ${way}: ${test.name} (${Date.now() - start} ms)`);

@@ -1,5 +1,5 @@
-// Compares steps in Chromium with those of the same build for any x86-64, in turn, and writes the
-// table in docs/measured/performance.md: node web/speed.mjs, after scripts/web.sh.
+// Compares the speed of steps in Chromium with the same build for any x86-64, alternately, and
+// writes the table in docs/measured/performance.md: node web/speed.mjs, after scripts/web.sh.
 import { execFileSync } from 'node:child_process';
 import { readFile, writeFile } from 'node:fs/promises';
 import { Page, WAYS, executable, serve } from './browser.mjs';

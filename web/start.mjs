@@ -1,6 +1,6 @@
-// Measures how soon a first visitor sees the page move, by either way of drawing, and writes the
-// table in docs/reference/browser.md: node web/start.mjs, after scripts/web.sh. The files come over
-// loopback.
+// Measures the time until a first visitor sees motion, with either graphics API, and writes the
+// table in docs/reference/browser.md: node web/start.mjs, after scripts/web.sh. The server is
+// local.
 import { readFile, writeFile } from 'node:fs/promises';
 import { cpus, loadavg } from 'node:os';
 import { Page, WAYS, executable, serve } from './browser.mjs';
@@ -21,8 +21,8 @@ for (const way of Object.keys(WAYS)) {
 }
 server.close();
 
-// Milliseconds of a visit, with a fresh browser, until the program is there, the first picture and
-// the first picture after a step.
+// Measures a visit with a fresh browser: milliseconds until the program is loaded, the first frame,
+// and the first frame after a step.
 async function times(way) {
   const page = await Page.open(executable, way, WAYS[way], url);
   version = (await page.cdp.send('Browser.getVersion')).product.replace('/', ' ');

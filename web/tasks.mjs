@@ -1,14 +1,14 @@
-// Measures how long the page does not respond while each built-in scene is opened and then runs for
-// three seconds, and writes the table in docs/reference/browser.md: node web/tasks.mjs, after scripts/web.sh.
+// Measures how long the page does not respond while it opens each built-in scene and runs it for 3
+// s, and writes the table in docs/reference/browser.md: node web/tasks.mjs, after scripts/web.sh.
 //
-// In time of the processor, which other programs do not lengthen: the browser traces the tasks of
-// the thread that the page is on.
+// The unit is CPU time, which other programs do not affect: the browser traces the tasks of the
+// page's thread.
 import { readFile, writeFile } from 'node:fs/promises';
 import { Page, WAYS, automatic, executable, serve } from './browser.mjs';
 
 const CATEGORIES = ['toplevel', 'disabled-by-default-devtools.timeline', 'devtools.timeline'];
 
-// The longest task of the page while something is done, ms.
+// Returns the longest task of the page during an action, ms.
 async function longest(page, act) {
   const events = [];
   const collect = ({ value }) => events.push(...value);
@@ -21,7 +21,7 @@ async function longest(page, act) {
   await page.cdp.send('Tracing.end');
   await complete;
   page.cdp.off('Tracing.dataCollected', collect);
-  // The browser has pages of its own, in other processes.
+  // Chromium has internal pages, in other processes.
   const { frameTree: { frame: { id } } } = await page.cdp.send('Page.getFrameTree');
   const ours = new Set(events.filter(({ args }) => args.data?.frame === id).map(({ pid }) => pid));
   const main = events.filter(({ name, args }) => name === 'thread_name' && args.name === 'CrRendererMain');
@@ -39,7 +39,7 @@ console.log(`the page itself: ${loading.toFixed(0)} ms`);
 const scenes = await page.page.evaluate(() => window.msd.msd.scenes().split('\n').map(line => line.split(' ')[0]));
 const rows = [`| the page itself, with \`cube\` | ${loading.toFixed(0)} | |`];
 for (const scene of scenes) {
-  // Not on top of a scene of the same name.
+  // Another scene first: reopening the same name would not load it.
   await page.page.evaluate(other => window.msd.open(`#scene=${other}`), scene === 'square' ? 'chain' : 'square');
   await page.page.waitForTimeout(1000);
   const opening = await longest(page, async () => {
@@ -51,7 +51,7 @@ for (const scene of scenes) {
   rows.push(`| ${scene} | ${opening.toFixed(0)} | ${running.toFixed(0)} |`);
   console.log(rows.at(-1));
 }
-// Automatic substeps are predicted from anew at the start and after a change.
+// A prediction chooses automatic substeps at the start and after a change.
 for (const scene of ['bunny', 'foam']) {
   await page.page.evaluate(() => window.msd.open('#scene=chain'));
   await page.page.waitForTimeout(1000);

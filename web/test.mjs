@@ -1,5 +1,5 @@
-// Drives the page in Chromium, through WebGPU and through WebGL2: node web/test.mjs [FOLDER], with
-// pictures of what it saw in FOLDER.
+// Tests the page in Chromium, with WebGPU and with WebGL2: node web/test.mjs [FOLDER], with
+// screenshots in FOLDER.
 import { readFile, writeFile } from 'node:fs/promises';
 import { execFileSync } from 'node:child_process';
 import { existsSync } from 'node:fs';
@@ -15,7 +15,7 @@ size = [2, 2, 2]
 stiffness = 123
 `;
 
-// So soft, and without weight, that what is let go does not swing back at once.
+// Soft and without gravity, so that a released particle does not swing back at once.
 const FREE = `version = 1
 [world]
 gravity = [0, 0, 0]
@@ -67,7 +67,7 @@ const tests = {
     await page.until('a release', now => now.held === null);
   },
 
-  // Paused, step by step: a speed would swing with the frames.
+  // Paused, step by step: a speed would vary with the frames.
   async 'what is let go in motion flies on'(page) {
     await page.go('#scene=chain');
     await page.page.setInputFiles('#open', { name: 'free.toml', mimeType: '', buffer: Buffer.from(FREE) });
@@ -136,7 +136,7 @@ const tests = {
 
   async 'the canvas follows the window and its place in the page'(page) {
     await page.go('#scene=cube');
-    // What moves may be elsewhere by the frame of the press.
+    // A moving particle may be elsewhere by the frame of the press.
     await page.page.click('[data-command=pause]');
     await page.until('a pause', now => now.paused);
     for (const [width, height, part] of [[640, 480, 1], [1100, 700, 0.75], [960, 640, 1]]) {
@@ -149,7 +149,7 @@ const tests = {
         return clientWidth === wide && width === devicePixelRatio * clientWidth
           && height === devicePixelRatio * clientHeight;
       }, part * width);
-      // Before the next frame the window has its old place.
+      // Until the next frame the window reports its old place.
       await page.frames();
       const { aim, view: [left, , wide] } = await page.status();
       assert.equal(left + wide + 292, part * width, 'the panel of numbers ends at the edge');
@@ -194,7 +194,7 @@ const tests = {
     await page.go('#scene=cloth');
     const before = await page.until('steps', now => 2 < now.steps);
     const [left, top, width, height] = before.landmarks.stiffness;
-    // Softer, as a stiffer cloth would blow up and pause.
+    // Softer: a stiffer cloth would diverge and pause.
     await page.drag([left + 0.3 * width, top + height / 2], [-8, 0]);
     const [x, y, , tall] = before.view;
     await page.drag([x + 30, y + tall - 60], [70, 10]);
@@ -256,7 +256,7 @@ const tests = {
       canvas.addEventListener('webglcontextlost', () => setTimeout(() => loss.restoreContext(), 300));
       loss.loseContext();
     }, page.way);
-    // That it waits for another device may be said for less than a frame.
+    // The line about the wait for another device may last less than a frame.
     await page.line('graphics device was lost');
     await page.line('drawn again');
     await page.frames();
@@ -273,7 +273,7 @@ const tests = {
     await page.picture('drawn-again');
     await page.page.keyboard.press('Space');
     await page.until('going on', now => before.steps + 5 < now.steps);
-    // The browser itself says so, and that what the old context had is nothing to the new one.
+    // The browser reports the loss, and the use of objects of the old context.
     const own = /CONTEXT_LOST|context lost|device lost|does not belong to this context/i;
     page.said = page.said.filter(line => !own.test(line));
   },
@@ -292,7 +292,7 @@ const tests = {
     assert(green + 10 < red, `red at first: ${red} and ${green}`);
     await page.click(middle(colour));
     await page.frames(6);
-    // The picker opens below the field, and ends where it does; the sixth colour from its end is a green.
+    // The picker opens below the field, right-aligned; the sixth colour from its end is a green.
     await page.click([colour[0] + colour[2] - 19 - 5 * 26, colour[1] + colour[3] + 19]);
     await page.frames(6);
     await page.picture('look');
@@ -353,14 +353,14 @@ const tests = {
       document.dispatchEvent(new Event('visibilitychange', { bubbles: true }));
     }, state);
     await see('hidden');
-    // A frame that was under way ends.
+    // A frame in progress ends.
     await page.frames(6);
     const before = await page.status();
     await new Promise(next => setTimeout(next, 3000));
     assert.equal((await page.status()).steps, before.steps);
     await see('visible');
     const after = await page.until('going on', now => before.steps < now.steps);
-    // As much as a slow frame or two, not the 180 steps of three seconds.
+    // At most a slow frame or two, not the 180 steps of three seconds.
     assert(after.steps < before.steps + 90, `${after.steps - before.steps} steps`);
   },
 
@@ -455,7 +455,7 @@ const tests = {
     await page.until('steps', now => begun.steps + 20 < now.steps);
     const kept = await page.page.locator('#recordings option').count();
     await Promise.all([page.page.waitForEvent('download'), page.page.keyboard.press('F9')]);
-    // Left before it is kept, it would be lost.
+    // Leaving the page before the recording is stored would lose it.
     await page.page.waitForFunction(
       kept => kept < document.querySelectorAll('#recordings option').length, kept);
     await page.go('#scene=square');
@@ -490,7 +490,7 @@ const tests = {
   },
 };
 
-// These do not depend on how it is drawn.
+// These tests do not depend on the graphics API.
 const once = {
   async 'the trade is measured beside the page, with what is wished for and the prices of the parts'(page) {
     await page.page.setViewportSize({ width: 1280, height: 800 });
@@ -499,16 +499,16 @@ const once = {
     const [left, top, width, height] = landmarks.trade;
     await page.click([left + width / 2, top + height / 2]);
     const first = await page.until('points', now => 3 < (now.trade?.measured ?? 0));
-    // A clock whose ticks are longer than a run would say nothing.
+    // The clock must resolve a run.
     assert(0 < first.trade.cheapest && first.trade.cheapest < 1, `${first.trade.cheapest} s/s`);
     const priced = await page.until('prices', now => 0 < (now.trade?.parts ?? 0));
     assert.equal(priced.trade.failure, null);
     await page.picture('trade');
-    // Steps went on meanwhile.
+    // Steps continued in the meantime.
     assert(first.steps < priced.steps, `${first.steps} and ${priced.steps} steps`);
     await page.page.evaluate(() => window.msd.msd.command('restart'));
     const done = await page.until('the end of the study', now => now.trade?.done);
-    // A field that is dragged begins a search, which is another worker.
+    // A change of a field begins a search in another worker.
     const field = done.landmarks.within;
     await page.drag([field[0] + field[2] / 2, field[1] + field[3] / 2], [-12, 0]);
     await page.until('a search', now => /^within .* tried$/.test(now.trade?.search ?? ''));
@@ -593,7 +593,7 @@ const once = {
   },
 };
 
-// A phone: a small screen with two or three pixels for one of CSS.
+// A phone: a small screen with two or three pixels per CSS pixel.
 const phone = {
   async 'the canvas has as many pixels as the screen, and the scene the room'(page) {
     await page.go('#scene=cube');
@@ -618,7 +618,7 @@ const phone = {
     for (const [width, height] of [[390, 844], [844, 390]]) {
       await page.cdp.send('Emulation.setDeviceMetricsOverride',
         { width, height, deviceScaleFactor: 0, mobile: true });
-      // Where no program runs: one would keep its open panel again as the canvas changes.
+      // On a page without the program, which would store its open panel at a change of the canvas.
       await page.page.goto('about:blank');
       const { origin } = new URL(page.url);
       await page.cdp.send('Storage.clearDataForOrigin', { origin, storageTypes: 'local_storage' });
@@ -651,7 +651,7 @@ const phone = {
   },
 };
 
-// A browser that can draw neither way gets words.
+// A browser without any graphics API gets a message.
 const blind = {
   async 'a page without graphics says what is missing'(page) {
     await page.go('');
@@ -660,7 +660,7 @@ const blind = {
   },
 };
 
-// Whether a test passes, on a quiet console where it must be.
+// Returns whether a test passes, with an empty console if required.
 async function passes(page, name, test, quiet) {
   const start = Date.now();
   [page.said, page.asked, page.isLate] = [[], [], false];
@@ -702,8 +702,8 @@ for (const [way, flags, list, view] of [
     if (!only.test(`${way}: ${name}`)) continue;
     const attempt = () => passes(page, `${way}: ${name}`, test, list !== blind);
     let passed = await attempt();
-    // A browser that dies, hangs or is late, as one on an adapter in software now and then is, is no
-    // fault of the page unless it is so again.
+    // A browser with software rendering occasionally crashes, hangs or is late. This counts as a
+    // failure only if it happens twice.
     if (page.isLost || page.isLate) {
       page = await renewed(page);
       console.log('    once more, in a new browser');

@@ -1,4 +1,4 @@
-// Calls one function of the program beside the page, which goes on meanwhile.
+// Calls one function of the program in a worker, while the page continues.
 import { initSync } from './msd.js';
 import * as msd from './msd.js';
 

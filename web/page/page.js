@@ -1,11 +1,11 @@
-// Loads the program, and carries words between it and the controls of the page.
+// Loads the program, and passes messages between it and the controls of the page.
 import init, * as msd from './msd.js';
 import * as store from './store.js';
 
 const element = id => document.getElementById(id);
 const options = () => new Set(location.hash.slice(1).split('&'));
 
-// A module of one function that uses a register of 128 bits.
+// A module with one function that uses a 128-bit register.
 const SIMD = Uint8Array.of(0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1,
   8, 0, 65, 0, 253, 15, 253, 98, 11);
 
@@ -13,7 +13,7 @@ const MISSING = 'msd cannot run in this browser. It draws with WebGPU or WebGL2 
   + 'WebAssembly SIMD, which Chrome and Edge have since version 91, Firefox since 89 and Safari '
   + 'since 16.4. The programs for the desktop need no browser.';
 
-// The page without a window: what is missing, above the still picture.
+// Shows what is missing, above the still image, if there is no window.
 function missing(reason) {
   document.documentElement.dataset.state = 'missing';
   element('stage').textContent = reason ? `${MISSING}\n(${reason})` : MISSING;
@@ -31,10 +31,9 @@ function say(text) {
   if (!fault) hiding = setTimeout(() => { line.hidden = true; }, 15000);
 }
 
-// The program cannot be relied on after a fault of its own: it takes no more input.
+// Stops input after a fault of the program, whose state may be inconsistent.
 function stop(error) {
-  // The browser tells of some mishaps without an error, which end nothing; and what follows a fault
-  // says less than the first.
+  // Browsers report some harmless problems without an error. Later errors say less than the first.
   if (!error || fault) return;
   fault = `msd has stopped by a fault of its own: ${error.message ?? error}\n`
     + 'Load the page again to go on. It helps to report these lines.';
@@ -56,13 +55,13 @@ const told = {
     }
     if (wantsPicture) {
       wantsPicture = false;
-      // Here and now: after this frame the canvas is empty again.
+      // Synchronously: after this frame the canvas is cleared.
       element('canvas').toBlob(blob => download(blob, 'msd.png'));
     }
   },
   scene(name) {
     element('scene').value = name;
-    // Of a file: not in the list.
+    // The scene of a file is not in the list.
     if (element('scene').value !== name) element('scene').value = '';
   },
   paused: text => { element('pause').textContent = text ? 'Resume' : 'Pause'; },
@@ -85,7 +84,7 @@ async function copy(text) {
     await navigator.clipboard.writeText(link);
     say(`Copied: ${link}`);
   } catch {
-    // Not allowed here, as in a frame of another page: to be copied by hand.
+    // Not allowed here, as in a frame of another page: the user can copy it manually.
     say(link);
   }
 }
@@ -98,7 +97,7 @@ function download(content, name) {
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
 }
 
-// A scene and its numbers take a multiple of its file.
+// A scene and its arrays take a multiple of its file.
 const LARGEST = 200e6;
 
 async function openFile(file) {
@@ -109,7 +108,7 @@ async function openFile(file) {
   await openBytes(file.name, new Uint8Array(await file.arrayBuffer()));
 }
 
-// Opens the bytes of a file; of a recording the run that it ends in.
+// Opens the bytes of a file, or the last state of a recording.
 async function openBytes(name, bytes) {
   if (!name.endsWith('.msdrec')) {
     const turn = ++asked;
@@ -122,7 +121,7 @@ async function openBytes(name, bytes) {
   say(`${name}: here is its last state`);
 }
 
-// The scene that was asked for last.
+// Number of the last request for a scene.
 let asked = 0;
 
 // Opens the scene of a fragment.
@@ -132,15 +131,15 @@ async function open(fragment) {
   if (turn === asked) await msd.show_link(fragment, rows);
 }
 
-// The program as it was compiled, for workers.
+// The compiled program, for workers.
 let module;
 
-// What a function of the program returns, which works in a worker beside the page.
+// Returns the result of a function of the program, which runs in a worker.
 function beside(name, ...what) {
   const worker = new Worker('beside.js', { type: 'module' });
   const ended = new Promise((done, failed) => {
     worker.onmessage = ({ data }) => (data.error ? failed(data.error) : done(data.result));
-    // A fault of the program ends the worker, and nothing else.
+    // A fault of the program ends only the worker.
     worker.onerror = event => {
       event.preventDefault();
       failed(`msd could not do this, by a fault of its own: ${event.message}`);
@@ -167,10 +166,10 @@ async function openRecording() {
   await openBytes(key[1], await store.recording(key));
 }
 
-// Lets the page answer before it goes on.
+// Lets the page respond before the next task.
 const rest = () => new Promise(next => { setTimeout(next); });
 
-// The program, counted as it arrives.
+// Loads the program, with a progress bar.
 async function program() {
   const response = await fetch('msd_bg.wasm');
   if (!response.ok) throw new Error(`the program is not there: ${response.status}`);
@@ -183,7 +182,7 @@ async function program() {
       out.enqueue(part);
     },
   });
-  // Whatever the server calls it.
+  // Independent of the server's content type.
   const headers = { 'content-type': 'application/wasm' };
   return WebAssembly.compileStreaming(new Response(response.body.pipeThrough(count), { headers }));
 }
@@ -197,7 +196,7 @@ function listScenes() {
   }
 }
 
-// What is remembered; at first the scene has a small screen to itself.
+// Stored preferences; by default the scene fills a small screen.
 const isSmall = () => matchMedia('(max-width: 699px), (max-height: 479px)').matches;
 const remembered = () => store.preferences() ?? (isSmall() ? '{"panels": false}' : undefined);
 
@@ -216,7 +215,7 @@ function connect() {
   const more = element('more');
   const unfold = open => more.setAttribute('aria-expanded', open);
   more.addEventListener('click', () => unfold(more.ariaExpanded !== 'true'));
-  // What is chosen there, or pressed elsewhere, closes it.
+  // A choice in the menu, or a press elsewhere, closes it.
   element('rest').addEventListener('click', () => unfold(false));
   element('canvas').addEventListener('pointerdown', () => unfold(false));
   element('copy').addEventListener('click', () => msd.link().then(copy, refused));
@@ -226,7 +225,7 @@ function connect() {
   }, refused));
   element('picture').addEventListener('click', () => {
     wantsPicture = true;
-    // The answer is of no use, but a question brings a frame.
+    // The result is not used, but the request causes a frame.
     msd.status();
   });
   element('open').addEventListener('change', () => {
@@ -235,7 +234,7 @@ function connect() {
     element('open').value = '';
   });
   element('recordings').addEventListener('change', () => openRecording().catch(refused));
-  // Of WebGL2 alone: a device of WebGPU says itself that it is lost.
+  // For WebGL2 only: a WebGPU device reports its loss itself.
   element('canvas').addEventListener('webglcontextlost', event => {
     event.preventDefault();
     msd.graphics_lost();
@@ -252,7 +251,7 @@ function connect() {
     if (location.hash.startsWith('#scene=')) open(location.hash).catch(refused);
     if (options().has('verify')) verify();
   });
-  // After a click of the mouse the keys belong to the simulation again.
+  // After a click the simulation gets the focus back.
   element('bar').addEventListener('pointerup', event => {
     if (event.target.tagName === 'BUTTON') setTimeout(() => element('canvas').focus());
   });
@@ -264,7 +263,7 @@ function setOptions() {
   return embedded;
 }
 
-// The scene that the address names, or where that cannot be opened the first one.
+// Returns the scene of the address or, if it cannot be opened, the first one.
 async function first() {
   const fragment = location.hash;
   try {
@@ -277,7 +276,7 @@ async function first() {
 }
 
 let verifying = false;
-// Computes the kept hashes, in a worker: the page goes on.
+// Computes the hashes of the reference runs in a worker, while the page continues.
 function verify() {
   if (verifying) return;
   verifying = true;
@@ -296,7 +295,7 @@ function verify() {
   worker.onerror = error => end(`not verified: ${error.message}`);
 }
 
-// What tests ask.
+// Interface for tests.
 window.msd = { status: async () => JSON.parse(await msd.status()), open, beside, msd };
 
 setOptions();
@@ -304,7 +303,7 @@ if ('serviceWorker' in navigator) navigator.serviceWorker.register('sw.js').catc
 try {
   if (!WebAssembly.validate(SIMD)) throw new Error('WebAssembly SIMD is missing');
   module = await program();
-  // Meanwhile in a worker; whether it fails is seen to below.
+  // In a worker, in the meantime; `await opening` below handles a failure.
   const opening = first();
   opening.catch(() => {});
   await rest();

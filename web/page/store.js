@@ -1,7 +1,7 @@
-// What the page keeps in the storage of the browser: preferences as the text of the file that the
-// desktop has, and the last recordings. Where there is no storage nothing is kept.
+// Browser storage of the page: preferences, in the format of the desktop's file, and the last
+// recordings. Without storage nothing is kept.
 const PREFERENCES = 'msd.preferences';
-// The oldest recordings make room for new ones beyond this many.
+// Number of recordings, beyond which the oldest are deleted.
 const MOST = 20;
 
 export function preferences() {
@@ -34,8 +34,8 @@ async function store(mode) {
   return transaction.objectStore('files');
 }
 
-// The bytes of recordings by date and name, so that a list of them needs no bytes. The first version
-// had rows that held all three.
+// Stores recordings by date and name, so that the list does not load their bytes. Rows of version 1
+// have all three.
 function upgrade(base, transaction) {
   const files = base.createObjectStore('files');
   if (!base.objectStoreNames.contains('recordings')) return;
@@ -54,7 +54,7 @@ export async function keepRecording(name, bytes) {
   for (const key of keys.slice(0, -MOST)) files.delete(key);
 }
 
-// Dates and names of the recordings that are kept, the newest first.
+// Returns dates and names of the recordings, the newest first.
 export async function recordings() {
   const keys = await result((await store('readonly')).getAllKeys());
   return keys.reverse();

@@ -1,5 +1,5 @@
-// Measures beside the page, piece by piece: between two pieces it hears what the page wants, and
-// rests for as long as the last one took.
+// Runs a study in a worker, piece by piece. Between two pieces it reads messages of the page, and
+// pauses for the duration of the last piece.
 import { initSync, BackgroundWork } from './msd.js';
 
 let work;

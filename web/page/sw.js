@@ -1,4 +1,4 @@
-// Keeps the page for when there is no network. VERSION and FILES are filled in by scripts/web.sh.
+// Keeps the page for use without a network. scripts/web.sh fills in VERSION and FILES.
 const VERSION = 'VERSION_OF_FILES';
 const FILES = LIST_OF_FILES;
 

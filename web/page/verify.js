@@ -1,4 +1,4 @@
-// Computes the kept hashes beside the page, which goes on meanwhile.
+// Computes the hashes of the reference runs in a worker, while the page continues.
 import init, { Verifier } from './msd.js';
 
 await init({ module_or_path: 'msd_bg.wasm' });

@@ -1,14 +1,14 @@
-//! Notes of graphics drivers, kept off the standard error.
+//! Suppression of the messages that graphics drivers print on standard error.
 
 use std::sync::{Mutex, PoisonError};
 
-/// Runs `open`, which starts graphics drivers, without what these print on the standard error.
+/// Runs `open`, which starts graphics drivers, and hides their messages on standard error.
 ///
-/// The libraries of OpenGL and Vulkan write there what they tried and did not find, such as the
-/// Wayland display that `XDG_RUNTIME_DIR` would name; what matters is in the result. With
-/// `RUST_LOG` at `warn` or more their notes appear, and after a panic as well.
+/// The libraries of OpenGL and Vulkan report there each failed attempt, such as a Wayland display
+/// that `XDG_RUNTIME_DIR` would name; the caller needs only the result. The messages appear with
+/// `RUST_LOG` at `warn` or more, and after a panic.
 pub fn quietly<T>(open: impl FnOnce() -> T) -> T {
-    // One at a time: a second one would take the file of the first for the standard error.
+    // One call at a time: a second one would take the file of the first for standard error.
     static ONE: Mutex<()> = Mutex::new(());
     let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
     #[cfg(unix)]
@@ -23,7 +23,7 @@ mod aside {
     use std::io::{self, Seek};
     use std::os::fd::{AsFd, OwnedFd};
 
-    /// The standard error of the process, put aside for a file without a name.
+    /// The process's standard error, redirected to a nameless file.
     pub(super) struct Aside {
         kept: OwnedFd,
         notes: File,
@@ -40,7 +40,7 @@ mod aside {
 
     impl Drop for Aside {
         fn drop(&mut self) {
-            // Without a standard error there is nobody to tell.
+            // Without standard error there is nowhere to report a failure.
             dup2_stderr(&self.kept).ok();
             if std::thread::panicking() && self.notes.rewind().is_ok() {
                 io::copy(&mut self.notes, &mut io::stderr()).ok();

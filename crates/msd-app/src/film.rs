@@ -1,4 +1,4 @@
-//! Pictures and films as files: PNG, GIF, animated WebP, and what ffmpeg makes of them. An error is
+//! Pictures and films as files: PNG, GIF, animated WebP, and formats encoded by ffmpeg. An error is
 //! a line for the user.
 
 use image_webp::{ColorType, EncoderParams, EncodingError, WebPEncoder};
@@ -11,30 +11,30 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use tempfile::TempPath;
 
-/// Endings of films that ffmpeg makes.
+/// Extensions of films that ffmpeg encodes.
 const BY_FFMPEG: [&str; 5] = ["mp4", "m4v", "mov", "mkv", "webm"];
 
-/// What pictures are written into.
+/// Form of the output files.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// One picture.
     Png,
-    /// A picture per frame, with its number in the name: what stands before it, the number of
-    /// digits, and what stands behind it.
+    /// A picture per frame, with its number in the name: the text before the number, the number of
+    /// digits, and the text after it.
     Numbered(String, usize, String),
-    /// A film.
+    /// A film with up to 256 colours per frame.
     Gif,
-    /// A film.
+    /// A film in full colour.
     WebP,
-    /// A film by ffmpeg.
+    /// A film encoded by ffmpeg.
     Ffmpeg,
 }
 
 impl Kind {
-    /// By the name of a file, of a film or a picture.
+    /// Returns the kind of a film or a picture by the name of its file.
     ///
     /// # Errors
-    /// What to write instead.
+    /// A line that names the formats and options to use instead.
     pub fn of(path: &Path, is_film: bool) -> Result<Self, String> {
         let shown = shown_path(path);
         let refused = |reason: &str| Err(format!("{shown}: {reason}"));
@@ -60,7 +60,7 @@ impl Kind {
         }
     }
 
-    /// The file of a frame.
+    /// Returns the file of a frame.
     pub fn path(&self, path: &Path, frame: usize) -> PathBuf {
         match self {
             Kind::Numbered(before, digits, after) => {
@@ -71,7 +71,7 @@ impl Kind {
     }
 }
 
-/// The parts of a name with a number such as `%04d` or `%d`.
+/// Splits a name at a number such as `%04d` or `%d`.
 fn numbered(name: &str) -> Option<Kind> {
     let (before, rest) = name.split_once('%')?;
     let (digits, after) = rest.split_once('d')?;
@@ -80,19 +80,19 @@ fn numbered(name: &str) -> Option<Kind> {
     is_plain.then(|| Kind::Numbered(before.into(), count, after.into()))
 }
 
-/// A film that is being written.
+/// A film in the course of writing.
 pub trait FilmFile {
     /// Adds a frame.
     fn add(&mut self, image: Image) -> Result<(), String>;
 
-    /// Puts what was written in its place.
+    /// Completes the file and moves it to its path.
     fn finish(self: Box<Self>) -> Result<(), String>;
 }
 
 /// Begins a film, or a picture.
 ///
 /// # Errors
-/// A file that cannot be written; ffmpeg that is not there.
+/// Fails if the file cannot be written or ffmpeg is not installed.
 pub fn begin(path: &Path, kind: &Kind, about: About) -> Result<Box<dyn FilmFile>, String> {
     Ok(match kind {
         Kind::Ffmpeg => Box::new(ByFfmpeg::begin(path, about)?),
@@ -124,20 +124,20 @@ fn told(error: impl Display) -> String {
     error.to_string()
 }
 
-/// What is known of a film before its frames.
+/// Facts about a film that are known before its frames.
 #[derive(Clone, Copy, Debug)]
 pub struct About {
     /// Width and height, pixels.
     pub size: [u32; 2],
-    /// From one frame to the next, seconds.
+    /// Time from one frame to the next, seconds.
     pub every: f64,
     /// Whether pixels may be transparent.
     pub is_open: bool,
 }
 
 impl About {
-    /// How long a frame is seen, in parts of a second, so that the film as a whole lasts as long as
-    /// it should.
+    /// Returns the duration of a frame in units of 1/`parts` second. Rounding errors do not add up:
+    /// the whole film has the right length.
     fn duration(&self, frame: usize, parts: f64) -> u32 {
         let time = |frame: usize| (frame as f64 * self.every * parts).round();
         (time(frame + 1) - time(frame)).clamp(1.0, f64::from(u16::MAX)) as u32
@@ -155,7 +155,7 @@ struct Pictures {
 
 impl Pictures {
     fn numbered(path: &Path, kind: &Kind) -> Result<Self, String> {
-        // Opened at once: that it cannot be written should be known before the run.
+        // Opened at once, so that a file that cannot be written is reported before the run.
         let next = Output::create(&kind.path(path, 0)).map_err(told)?;
         Ok(Pictures { path: path.into(), kind: kind.clone(), next: Some(next), frames: 0 })
     }
@@ -188,7 +188,7 @@ fn write_png(output: &mut Output, image: &Image) -> Result<(), png::EncodingErro
 /// A part of a picture: left, top, width and height, pixels.
 type Patch = [u32; 4];
 
-/// What has changed from one picture to the next, from an even place; a pixel where nothing has.
+/// Returns the smallest patch that differs, from even coordinates; one pixel if nothing differs.
 fn changed(before: Option<&Image>, image: &Image) -> Patch {
     let Image { width, height, rgba } = image;
     let whole = [0, 0, *width, *height];
@@ -206,12 +206,12 @@ fn changed(before: Option<&Image>, image: &Image) -> Patch {
             ends = [ends[0].min(first), ends[1].max(last)];
         }
     }
-    // WebP has even places only.
+    // WebP supports even coordinates only.
     let (left, top) = (ends[0] as u32 & !1, top as u32 & !1);
     [left, top, ends[1] as u32 - left, bottom as u32 - top]
 }
 
-/// The pixels of a part of a picture; those that are as before are transparent, which takes less.
+/// Returns the pixels of a patch; unchanged ones become transparent, which compresses better.
 fn cut_out(before: Option<&Image>, image: &Image, [left, top, width, height]: Patch) -> Vec<u8> {
     let mut pixels = Vec::with_capacity(4 * width as usize * height as usize);
     for row in top..top + height {
@@ -273,29 +273,29 @@ impl FilmFile for Gif {
     }
 }
 
-/// Of the pictures of a WebP, from 0 to 100: they are some 42 dB from what was drawn, which is not
-/// seen, and take a tenth of what they would without loss.
+/// Quality of the pictures of a WebP, from 0 to 100. At 95 they are some 42 dB from the rendered
+/// ones, an invisible loss, at a tenth of the lossless size.
 const QUALITY: u8 = 95;
-/// The side of the blocks that a picture with loss is made of, pixels.
+/// Side of a block of the lossy encoder, pixels.
 const BLOCK: u32 = 16;
 
 /// An animated WebP, times in milliseconds.
 struct WebP {
     output: Output,
-    /// The frames; their length stands before them.
+    /// The encoded frames, kept aside as the header before them needs their length.
     spool: Spool,
     about: About,
     last: Option<Image>,
     frames: usize,
 }
 
-/// A number in three bytes.
+/// Returns the three low bytes of a number, little-endian.
 fn three_bytes(number: u32) -> [u8; 3] {
     let [low, middle, high, _] = number.to_le_bytes();
     [low, middle, high]
 }
 
-/// A chunk of a RIFF file; of an odd length it has a byte more.
+/// Returns a chunk of a RIFF file, padded to an even length.
 fn chunk(name: &[u8; 4], content: &[u8]) -> Vec<u8> {
     let mut chunk = [name, &(content.len() as u32).to_le_bytes()[..], content].concat();
     chunk.resize(chunk.len().next_multiple_of(2), 0);
@@ -315,7 +315,7 @@ impl WebP {
         }
         let duration = self.about.duration(self.frames, 1000.0);
         let numbers = [left / 2, top / 2, width - 1, height - 1, duration].map(three_bytes);
-        // In place of what is there.
+        // The frame replaces its patch of the canvas instead of blending with it.
         let flags = [2];
         // The picture as a file of its own has 12 bytes before its chunk.
         Ok(chunk(b"ANMF", &[numbers.as_flattened(), &flags, &picture[12..]].concat()))
@@ -323,16 +323,16 @@ impl WebP {
 
     fn head(&self) -> Vec<u8> {
         let [width, height] = self.about.size.map(|side| three_bytes(side - 1));
-        // It moves, and has transparent pixels.
+        // Flags: animation and alpha.
         let canvas = chunk(b"VP8X", &[&[0x12, 0, 0, 0], &width[..], &height].concat());
-        // No colour behind it, for ever.
+        // Transparent background, endless loop.
         [canvas, chunk(b"ANIM", &[0; 6])].concat()
     }
 }
 
-/// A WebP file of a picture, with a loss that is not seen.
+/// Encodes a picture as a WebP file, with an invisible loss.
 fn with_loss(pixels: &[u8], size: [u32; 2]) -> Result<Vec<u8>, EncodingError> {
-    // The last row and column are repeated to whole blocks: the encoder spoils those that are not.
+    // Edge pixels are repeated to fill whole blocks: the encoder spoils partial ones.
     let [width, height] = size.map(|side| side.next_multiple_of(BLOCK));
     let mut rgb = Vec::with_capacity(3 * width as usize * height as usize);
     for row in (0..height).map(|row| row.min(size[1] - 1)) {
@@ -347,7 +347,7 @@ fn with_loss(pixels: &[u8], size: [u32; 2]) -> Result<Vec<u8>, EncodingError> {
     (params.use_lossy, params.lossy_quality) = (true, QUALITY);
     encoder.set_params(params);
     encoder.encode(&rgb, width, height, ColorType::Rgb8)?;
-    // The blocks are the same with the true size in their head, which is 26 bytes into the file.
+    // The header, 26 bytes into the file, gets the true size; the blocks stay the same.
     for (side, bytes) in size.into_iter().zip(picture[26..30].chunks_exact_mut(2)) {
         bytes.copy_from_slice(&(side as u16).to_le_bytes());
     }
@@ -378,23 +378,23 @@ impl FilmFile for WebP {
     }
 }
 
-/// A process that is ended, and reaped, with what it works for.
+/// A child process that is killed and reaped on drop.
 struct Helper(Option<Child>);
 
 impl Drop for Helper {
     fn drop(&mut self) {
         if let Some(mut child) = self.0.take() {
-            // Fails where it has ended by itself; either way it is waited for.
+            // `kill` fails if the child has ended by itself; `wait` reaps it in either case.
             let _ = child.kill();
             let _ = child.wait();
         }
     }
 }
 
-/// A film that ffmpeg is making of what it is sent.
+/// A film that ffmpeg encodes from the pixels on its standard input.
 struct ByFfmpeg {
     ffmpeg: Helper,
-    /// Where it is made, as ffmpeg goes back and forth in it, and where it goes then.
+    /// Temporary file for ffmpeg, which seeks in its output; moved to the final path at the end.
     part: TempPath,
     output: Output,
 }
@@ -411,13 +411,13 @@ impl ByFfmpeg {
             .map_err(|error| unwritten(path, error))?
             .into_temp_path();
         let [width, height] = about.size;
-        // To six digits: a thirtieth of a second is 30 in one.
+        // Rounded to six digits, so that 1/30 s between frames gives a rate of exactly 30.
         let rate = format!("{}", (1e6 / about.every).round() / 1e6);
         let mut command = Command::new("ffmpeg");
         command
             .args(["-loglevel", "error", "-nostdin", "-y", "-f", "rawvideo", "-pix_fmt", "rgba"])
             .args(["-video_size", &format!("{width}x{height}"), "-framerate", &rate, "-i", "-"])
-            // Most players know no other, and it has even sides only.
+            // Most players decode no other pixel format, and it needs even sides.
             .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"])
             .arg(&*part)
             .stdin(Stdio::piped())
@@ -426,7 +426,7 @@ impl ByFfmpeg {
         #[cfg(unix)]
         {
             use std::os::unix::process::CommandExt;
-            // Ctrl-C is for msd, which ends the film.
+            // Keeps Ctrl-C from ffmpeg: msd handles it and finishes the film.
             command.process_group(0);
         }
         let child = command.spawn().map_err(|error| match error.kind() {
@@ -445,7 +445,7 @@ impl FilmFile for ByFfmpeg {
     fn add(&mut self, image: Image) -> Result<(), String> {
         let Some(child) = &mut self.ffmpeg.0 else { return Ok(()) };
         let written = child.stdin.as_mut().map(|input| input.write_all(&image.rgba));
-        // Why it takes no more is known at the end.
+        // `finish` reports the reason, which ffmpeg prints when it ends.
         if written.is_some_and(|written| written.is_err()) {
             child.stdin = None;
         }
@@ -454,7 +454,7 @@ impl FilmFile for ByFfmpeg {
 
     fn finish(self: Box<Self>) -> Result<(), String> {
         let ByFfmpeg { mut ffmpeg, part, mut output } = *self;
-        // Its end of the input is closed first.
+        // `wait_with_output` closes the standard input first.
         let Some(child) = ffmpeg.0.take() else { return Ok(()) };
         let done = child.wait_with_output();
         let done = done.map_err(|error| told(output.refused(&error)))?;
@@ -503,7 +503,7 @@ mod tests {
         let helper = Helper(Some(child));
         assert!(place.exists());
         drop(helper);
-        // A zombie would still be there.
+        // A zombie would still have an entry in `/proc`.
         assert!(!place.exists());
     }
 
@@ -529,7 +529,7 @@ mod tests {
         let patch = cut_out(None, &now, [2, 2, 4, 3]);
         assert_eq!(patch.iter().filter(|&&byte| byte == 9).count(), 2);
         assert_eq!((patch.len(), patch[4 * (4 + 1)]), (4 * 4 * 3, 9));
-        // What is as before is transparent.
+        // Unchanged pixels are transparent.
         let opaque = |set| {
             let mut image = image(set);
             image.rgba.chunks_exact_mut(4).for_each(|pixel| pixel[3] = 255);

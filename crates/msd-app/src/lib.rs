@@ -1,11 +1,11 @@
-//! The window of msd: a scene that runs, and a user who plays with it.
+//! The window of msd: a running scene that the user watches, edits and drags.
 //!
-//! [`link`] is a scene in a line of text. [`session`] is logic: it knows no window, and its tests
-//! need none. [`viewer`] adds how a session is looked at, [`input`] what mouse and keys do to both,
+//! [`link`] holds a scene in a line of text. [`session`] is logic without a window, so its tests
+//! need none. [`viewer`] adds the view of a session, [`input`] applies mouse and keys to both,
 //! [`panel`] draws them with egui, and [`window`] is the shell: winit, the surface, the frames.
 //!
 //! Features: `window`, on by default, is all of this but links; `accessibility` lets screen readers
-//! read and press what is in the window; `parquet` is for tables of sweeps.
+//! read and press the controls of the window; `parquet` adds tables of sweeps in that format.
 #![forbid(unsafe_code)]
 
 pub mod link;

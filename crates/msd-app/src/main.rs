@@ -4,12 +4,12 @@
 #[cfg(not(target_arch = "wasm32"))]
 mod cli;
 
-/// Runs the program and returns its exit code: 0 done, 2 bad input or usage or a file that could
-/// not be written, 3 diverged. The window ends with 1 where its graphics device or its
-/// display goes away; the run is saved then.
+/// Runs the program and returns its exit code: 0 done, 2 bad input, bad usage or a file that could
+/// not be written, 3 diverged. The window exits with 1 after a loss of its graphics device or its
+/// display, and saves the run first.
 #[cfg(not(target_arch = "wasm32"))]
 fn main() -> std::process::ExitCode {
-    // Silent unless asked: one clear line is the whole message of an error.
+    // Silent by default: the message of an error is a single clear line.
     let environment = env_logger::Env::default().default_filter_or("off");
     env_logger::Builder::from_env(environment).init();
     let done = match <cli::Arguments as clap::Parser>::try_parse() {

@@ -1,4 +1,4 @@
-//! Arrays of numpy: read with all checks, made from columns.
+//! Conversion of numpy arrays: checked reads, and arrays from columns.
 
 use crate::errors::refused;
 use numpy::{
@@ -9,8 +9,8 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
 
-/// The numbers of an array-like, in the order of C, and its shape: whatever strides, byte order and
-/// type of numbers it has.
+/// Returns the numbers of an array-like in C order, and its shape; any strides, byte order and
+/// number type.
 fn read<'py, T: Element + Clone>(
     what: &str,
     value: &Bound<'py, PyAny>,
@@ -23,7 +23,7 @@ fn read<'py, T: Element + Clone>(
     let array = asarray.call1((value,)).map_err(wrong)?;
     let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
     let size: usize = array.getattr("size")?.extract()?;
-    // What is empty has whatever type numpy gave it.
+    // An empty array has an arbitrary type.
     if !kinds.contains(&kind) && 0 < size {
         let found = array.getattr("dtype")?;
         let must = if dtype == "int64" { "whole numbers" } else { "real numbers" };
@@ -37,12 +37,12 @@ fn read<'py, T: Element + Clone>(
     Ok((numbers, array.shape().to_vec()))
 }
 
-/// Real numbers of any shape.
+/// Reads real numbers of any shape.
 pub fn reals(what: &str, value: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, Vec<usize>)> {
     read(what, value, ("float64", "fiub"))
 }
 
-/// Whole numbers of any shape, none of them negative.
+/// Reads non-negative whole numbers of any shape.
 pub fn indexes(what: &str, value: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<usize>)> {
     let (numbers, shape) = read::<i64>(what, value, ("int64", "iu"))?;
     let negative = numbers.iter().find(|&&number| number < 0);
@@ -53,7 +53,7 @@ pub fn indexes(what: &str, value: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Ve
     Ok((numbers.into_iter().map(|number| number as usize).collect(), shape))
 }
 
-/// Particles: their indexes, or an array that says of each of `count` whether it is meant.
+/// Reads particles: their indexes, or an array of `count` booleans.
 pub fn particles(what: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<usize>> {
     let py = value.py();
     let kind = value.getattr("dtype").and_then(|dtype| dtype.getattr("kind"));
@@ -73,7 +73,7 @@ pub fn particles(what: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult
     Ok(particles)
 }
 
-/// Refuses an index that no particle has.
+/// Refuses an index beyond the last particle.
 pub fn check_below(py: Python<'_>, what: &str, particles: &[usize], count: usize) -> PyResult<()> {
     match particles.iter().find(|&&particle| count <= particle) {
         Some(particle) => Err(refused(
@@ -84,7 +84,7 @@ pub fn check_below(py: Python<'_>, what: &str, particles: &[usize], count: usize
     }
 }
 
-/// Rows of so many columns; `N` of them must be there if `count` says so.
+/// Reads rows of `N` columns; their number must be `count`, if given.
 pub fn rows<const N: usize>(
     what: &str,
     value: &Bound<'_, PyAny>,
@@ -95,7 +95,7 @@ pub fn rows<const N: usize>(
     Ok(numbers.as_chunks::<N>().0.to_vec())
 }
 
-/// Rows of indexes.
+/// Reads rows of indexes.
 pub fn index_rows<const N: usize>(
     what: &str,
     value: &Bound<'_, PyAny>,
@@ -113,7 +113,7 @@ fn check_rows(
 ) -> PyResult<()> {
     let is_right = match *shape {
         [found, width] => width == columns && count.is_none_or(|count| found == count),
-        // Nothing has no columns: `[]` is an array of (0,).
+        // An empty list has no columns: `[]` is an array of (0,).
         [0] => count.is_none_or(|count| count == 0),
         _ => false,
     };
@@ -124,7 +124,7 @@ fn check_rows(
     Err(wrong_shape(py, what, shape, &format!("({rows}, {columns})")))
 }
 
-/// A number for each of `count` rows, from one or from as many.
+/// Reads a number for each of `count` rows, from a scalar or an array.
 pub fn for_each(what: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<f64>> {
     let (numbers, shape) = reals(what, value)?;
     match (&numbers[..], shape.len()) {
@@ -143,10 +143,10 @@ fn wrong_shape(py: Python<'_>, what: &str, shape: &[usize], must: &str) -> PyErr
     refused(py, format!("{what} has the shape ({}{comma}); it must be {must}", shape.join(", ")))
 }
 
-/// Room for so many numbers.
+/// Returns an empty vector with capacity for `count` numbers.
 ///
 /// # Errors
-/// MemoryError, with how much memory `what` would take.
+/// MemoryError, with the memory that `what` would need.
 pub fn room<T>(what: &str, count: Option<usize>) -> PyResult<Vec<T>> {
     let mut numbers = Vec::new();
     let refused = |size: f64| {
@@ -161,7 +161,7 @@ pub fn room<T>(what: &str, count: Option<usize>) -> PyResult<Vec<T>> {
     }
 }
 
-/// An array of (n, 3) of numbers that stand in rows.
+/// Returns an array of (n, 3) from consecutive rows.
 pub fn vectors<T: Element>(py: Python<'_>, numbers: Vec<T>) -> PyResult<Bound<'_, PyArray2<T>>> {
     let count = numbers.len() / 3;
     PyArray1::from_vec(py, numbers).reshape([count, 3])

@@ -1,4 +1,4 @@
-//! The exceptions of Python, three classes, with the sentences of the command line.
+//! The Python exceptions: three classes, with the messages of the command line.
 
 use msd_core::Error;
 use msd_scene::FileError;
@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple};
 
-/// The classes of errors; made when the module is imported.
+/// The exception classes, created when the module is imported.
 struct Classes {
     error: Py<PyAny>,
     scene: Py<PyAny>,
@@ -63,17 +63,17 @@ fn raised(py: Python<'_>, of: fn(&Classes) -> &Py<PyAny>, message: String) -> Py
     made.map_or_else(|error| error, PyErr::from_value)
 }
 
-/// An error of neither a scene nor a step.
+/// Returns an error that concerns neither a scene nor a step.
 pub fn error(py: Python<'_>, message: impl ToString) -> PyErr {
     raised(py, |classes| &classes.error, message.to_string())
 }
 
-/// The error of a value.
+/// Returns the error of a value.
 pub fn refused(py: Python<'_>, message: impl ToString) -> PyErr {
     raised(py, |classes| &classes.scene, message.to_string())
 }
 
-/// The error of a file or of a scene.
+/// Returns the error of a file or of a scene.
 pub fn file_error(py: Python<'_>, error: FileError) -> PyErr {
     match error {
         FileError::Core { source, file } if source.is_of_step() => {
@@ -83,7 +83,7 @@ pub fn file_error(py: Python<'_>, error: FileError) -> PyErr {
     }
 }
 
-/// The error of the core: of a step, or of a value.
+/// Returns an error of the core: of a step, or of a value.
 pub fn core_error(py: Python<'_>, error: Error) -> PyErr {
     match error.is_of_step() {
         true => step_error(py, &error, &error.to_string()),

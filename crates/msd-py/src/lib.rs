@@ -37,8 +37,8 @@ mod _msd {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        // Else a step that nobody gave threads to would share its work with all of the machine,
-        // which a forked child does not have. Refused where a pool stands: by a second import.
+        // Otherwise a step without a pool would use all cores of the machine, whose threads a
+        // forked child lacks. Fails if a pool exists, after a second import.
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread();
         drop(one.build_global());
         crate::errors::add_to(module)?;

@@ -1,4 +1,4 @@
-//! A run that several threads of Python may use: who has it, and on which threads it steps.
+//! A run that several Python threads may share: its lock, and the threads of its steps.
 
 use crate::errors::error;
 use crate::force;
@@ -21,16 +21,16 @@ pub fn note_fork() {
 /// A run, used by one thread at a time.
 pub struct Shared {
     runner: Mutex<Runner>,
-    /// [`FORKS`] when the run was last taken.
+    /// Value of [`FORKS`] when the run was last locked.
     taken: AtomicU32,
     threads: Threads,
 }
 
-/// Why a run cannot be had.
+/// Reason why a run cannot be used.
 enum Refusal {
-    /// It is asked for by a force that it waits for.
+    /// A callable force requests the run that is waiting for it.
     Force,
-    /// A thread had it that is not in this child.
+    /// The lock belongs to a thread of the parent process.
     Fork,
 }
 
@@ -39,13 +39,13 @@ impl Shared {
         Shared { runner: Mutex::new(runner), taken: AtomicU32::new(0), threads }
     }
 
-    /// How many threads it steps on.
+    /// Returns the number of threads of a step.
     pub fn threads(&self) -> usize {
         self.threads.count
     }
 
-    /// Does something with the run while other threads of Python go on; waits for whoever has it.
-    /// An exception of a force that is a callable goes before what was done.
+    /// Runs `act` on the run without the GIL, and waits for other users of the run. An exception of
+    /// a callable force has precedence over the result.
     pub fn work<T: Send>(
         &self,
         py: Python<'_>,
@@ -94,10 +94,10 @@ impl Shared {
     }
 }
 
-/// The threads that a run steps on: that of the caller, or a pool of its own.
+/// The threads of the steps of a run: that of the caller, or a pool.
 pub struct Threads {
     count: usize,
-    /// With [`FORKS`] when it was made: a child makes it anew.
+    /// The pool, with [`FORKS`] at its creation: a child creates a new one.
     pool: Mutex<Option<(u32, Arc<ThreadPool>)>>,
 }
 
@@ -121,7 +121,7 @@ impl Threads {
         let built = ThreadPoolBuilder::new().num_threads(self.count).build();
         let refused = |reason| error(py, format!("threads={}: {reason}", self.count));
         let built = Arc::new(built.map_err(refused)?);
-        // The pool of a parent has no threads here that could be ended.
+        // The pool of the parent has no threads here that could be joined.
         std::mem::forget(pool.replace((forks, built.clone())));
         Ok(Some(built))
     }

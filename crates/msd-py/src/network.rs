@@ -14,10 +14,10 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// A scene file whose particles and springs those of a network replace.
+/// A scene file with placeholders for the particles and springs of a network.
 const FRAME: &str = r#"{"version": 1, "title": "a network of springs",
     "bodies": [{"name": "network", "kind": "explicit", "particles": [{"position": [0, 0, 0]}]}]}"#;
-/// The keys of a scene that a network has too.
+/// Keys of a scene that also apply to a network.
 const KEYS: [&str; 4] = ["solver", "world", "title", "camera"];
 
 /// The rows of a network.
@@ -29,7 +29,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// The scene of these rows, with values of keys that are not of bodies.
+    /// Loads the scene of these rows; `set` may contain keys outside bodies.
     pub fn load(&self, set: &[Assignment]) -> Result<Loaded, FileError> {
         let top = |set: &Assignment| set.key().split(['.', '[']).next().map(str::to_owned);
         let wrong = set.iter().find(|set| top(set).is_none_or(|top| !KEYS.contains(&&top[..])));
@@ -116,7 +116,7 @@ pub fn network(
         pins: pinned.unwrap_or_default().into_iter().map(pin).collect(),
     };
     let scene = Scene::of(py, Origin::Rows(Box::new(rows)), Vec::new())?;
-    // What no run takes is refused here, where it was written.
+    // Invalid values are reported here instead of at the first run.
     let checked = py.detach(|| {
         msd_core::Simulation::<f64>::new(&scene.loaded.scene, scene.loaded.settings).map(drop)
     });
@@ -174,5 +174,5 @@ pub fn mesh(
     Scene::of(py, Origin::Text { text, is_json: true, meshes }, Vec::new())
 }
 
-/// What the scene of a mesh calls it.
+/// Name of the mesh file inside the scene.
 const MESH: &str = "mesh.obj";

@@ -10,7 +10,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyRange, PySlice, PyString};
 
-/// A whole number that is not negative: a count, or an index.
+/// A non-negative whole number: a count, or an index.
 #[derive(Clone, Copy)]
 pub struct Count(pub u64);
 
@@ -28,7 +28,7 @@ impl<'py> FromPyObject<'_, 'py> for Count {
         if let Ok(count) = value.extract::<u64>() {
             return Ok(Count(count));
         }
-        // The integer that a number of numpy stands for.
+        // numpy integers convert by `__index__`.
         let whole = py.import("operator")?.getattr("index")?;
         let whole = whole.call1((value,)).map_err(|_| {
             let kind = value.get_type().name().map(|name| name.to_string()).unwrap_or_default();
@@ -55,7 +55,7 @@ impl<'py> FromPyObject<'_, 'py> for Triple {
     }
 }
 
-/// The springs or particles that `of` names: all, a body by its name, one, or a range.
+/// Resolves `of`: all springs or particles, those of a body, one, or a range.
 pub fn select(runner: &Runner, of: &Of) -> Result<Select, String> {
     Ok(match of {
         Of::All => Select::All,
@@ -77,7 +77,7 @@ pub fn select(runner: &Runner, of: &Of) -> Result<Select, String> {
     })
 }
 
-/// What an argument `of` says.
+/// Value of an argument `of`.
 pub enum Of {
     All,
     Body(String),

@@ -17,7 +17,7 @@ pub enum Numbers {
 }
 
 impl Numbers {
-    /// As an array of (n, 3).
+    /// Converts to an array of (n, 3).
     pub fn array(self, py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
         Ok(match self {
             Numbers::F32(numbers) => arrays::vectors(py, numbers)?.into_any(),
@@ -25,7 +25,7 @@ impl Numbers {
         })
     }
 
-    /// As an array of (frames, n, 3).
+    /// Converts to an array of (frames, n, 3).
     fn frames(self, py: Python<'_>, shape: [usize; 3]) -> PyResult<Bound<'_, PyAny>> {
         Ok(match self {
             Numbers::F32(numbers) => PyArray1::from_vec(py, numbers).reshape(shape)?.into_any(),
@@ -34,7 +34,7 @@ impl Numbers {
     }
 }
 
-/// The components of vectors, one after the other.
+/// Returns the components of vectors in a row.
 pub fn flat<V: Vector>(vectors: impl Iterator<Item = V>, count: usize) -> Vec<V::Scalar>
 where
     V::Scalar: Copy,
@@ -44,7 +44,7 @@ where
     numbers
 }
 
-/// The numbers of a column of a run.
+/// Copies the numbers of a column of a run.
 macro_rules! numbers {
     ($runner:expr, $column:ident) => {{
         let count = $runner.particle_count();
@@ -60,7 +60,7 @@ macro_rules! numbers {
 }
 pub(crate) use numbers;
 
-/// The forces on all particles, newtons.
+/// Returns the forces on all particles, newtons.
 pub fn vectors_of(runner: &Runner) -> Numbers {
     let count = runner.particle_count();
     match runner {
@@ -69,7 +69,7 @@ pub fn vectors_of(runner: &Runner) -> Numbers {
     }
 }
 
-/// Adds the positions of all particles, or of some, to numbers.
+/// Appends the positions of all particles, or of some.
 fn add_positions<R: Real>(
     simulation: &Simulation<R>,
     points: Option<&[usize]>,
@@ -93,7 +93,7 @@ fn keep(runner: &Runner, points: Option<&[usize]>, numbers: &mut Numbers) {
     }
 }
 
-/// Positions at the start and after each of some `frames` of `every` steps.
+/// Returns the positions at the start and after each of `frames` times `every` steps.
 pub fn trajectory<'py>(
     py: Python<'py>,
     (frames, every): (u64, u64),
@@ -130,7 +130,7 @@ pub fn trajectory<'py>(
     numbers.frames(py, [rows.unwrap_or_default(), count, 3])
 }
 
-/// Writes the positions into an array of (n, 3).
+/// Writes the positions to an array of (n, 3).
 pub fn copy_positions(py: Python<'_>, shared: &Shared, out: &Bound<'_, PyAny>) -> PyResult<()> {
     let must = "it must be a writable, contiguous array of (n, 3) of float32 or float64";
     if let Ok(out) = out.cast::<PyArray2<f32>>() {
@@ -173,8 +173,8 @@ fn fill<T: Element + Copy + Send>(
     done.map_err(wrong)
 }
 
-/// The force with which pins hold some particles, newtons: minus the forces on those of them that
-/// are pinned.
+/// Returns the total force of pins on some particles, newtons: minus the forces on those that are
+/// pinned.
 pub fn pin_force<'py>(
     py: Python<'py>,
     shared: &Shared,

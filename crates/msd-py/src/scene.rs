@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// What pickled scenes begin with; raised whenever they change their form.
+/// Header of pickled scenes; the format is raised with each change.
 const KIND: FileKind = FileKind { what: "pickled scene", format: 1, oldest: 1 };
 
 /// A scene: particles, springs, and how its author wants them stepped.
@@ -35,10 +35,10 @@ pub struct Scene {
     pub set: Vec<Assignment>,
 }
 
-/// Where a scene comes from, to be opened again with other keys.
+/// Source of a scene, from which it can be opened again with other keys.
 #[derive(Clone, Serialize, Deserialize)]
 pub enum Origin {
-    /// What `msd.open` takes.
+    /// An argument of `msd.open`.
     Named(PathBuf),
     /// The text of a scene file, and the meshes that it names.
     Text { text: String, is_json: bool, meshes: BTreeMap<String, Vec<u8>> },
@@ -46,7 +46,7 @@ pub enum Origin {
     Rows(Box<Rows>),
 }
 
-/// A pickled scene: all that a [`Loaded`] keeps and what it leaves out.
+/// A pickled scene: a [`Loaded`] with the fields that its own serialization omits.
 #[derive(Serialize, Deserialize)]
 struct Pickled {
     loaded: Loaded,
@@ -73,7 +73,7 @@ impl Origin {
 }
 
 impl Scene {
-    /// Opens what an origin stands for, while other threads of Python go on.
+    /// Opens the scene of an origin without the GIL.
     pub fn of(py: Python<'_>, origin: Origin, set: Vec<Assignment>) -> PyResult<Self> {
         let loaded = py.detach(|| origin.open(&set)).map_err(|error| file_error(py, error))?;
         Ok(Scene { loaded, origin, set })
@@ -84,7 +84,7 @@ impl Scene {
     }
 }
 
-/// The keys that a dict sets, with their values.
+/// Returns the keys that a dict sets, with their values.
 pub fn assignments(keys: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Assignment>> {
     let Some(keys) = keys else { return Ok(Vec::new()) };
     let py = keys.py();
@@ -94,7 +94,7 @@ pub fn assignments(keys: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Assignment>
         };
         let placed = |error: PyErr| refused(py, format!("{}: {}", tame(&key), error.value(py)));
         let value = to_json(&value).map_err(placed)?;
-        // The words of the command line for what is not written as a key.
+        // The message of the command line for text that is not a key.
         if let Err(reason) = Assignment::parse(&format!("{key}=0")) {
             return Err(refused(py, format!("the key `{}` {reason}", tame(&key))));
         }
@@ -152,19 +152,19 @@ pub fn scene(py: Python<'_>, source: &Bound<'_, PyAny>) -> PyResult<Scene> {
 
 #[pymethods]
 impl Scene {
-    /// The name, without folder and ending.
+    /// The name of the file, without folder and extension.
     #[getter]
     fn name(&self) -> &str {
         &self.loaded.name
     }
 
-    /// What is seen, in a line.
+    /// Description in one line.
     #[getter]
     fn title(&self) -> &str {
         &self.loaded.title
     }
 
-    /// What msd did to the input, and the keys that were set: a line each.
+    /// Changes of the input by msd, and the keys that were set, a line each.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.loaded.notes.clone()
@@ -204,7 +204,7 @@ impl Scene {
         PyArray1::from_iter(py, self.rows().pins.iter().map(|pin| pin.particle as i64))
     }
 
-    /// The particles that each row of pins holds which names a set, by that name: arrays.
+    /// The particles of each named set of pins, by its name: arrays.
     ///
     /// >>> import msd
     /// >>> gripper = msd.open("gripper")
@@ -240,8 +240,8 @@ impl Scene {
         PyList::new(py, bodies.collect::<PyResult<Vec<_>>>()?)
     }
 
-    /// How the author wants it stepped: `integrator`, `step`, `substeps`, `automatic`,
-    /// `tolerance`, `newton` and `precision`.
+    /// The settings of the author: `integrator`, `step`, `substeps`, `automatic`, `tolerance`,
+    /// `newton` and `precision`.
     #[getter]
     fn settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let Loaded { settings, automatic, precision, .. } = self.loaded;
@@ -316,7 +316,7 @@ impl Scene {
     }
 }
 
-/// How a scene or a run is stepped.
+/// Solver settings of a scene or a run.
 #[derive(Serialize)]
 struct SettingsReport {
     integrator: &'static str,
@@ -328,7 +328,7 @@ struct SettingsReport {
     precision: &'static str,
 }
 
-/// How a scene or a run is stepped, as a dict.
+/// Returns the solver settings of a scene or a run as a dict.
 pub fn settings_dict<'py>(
     py: Python<'py>,
     settings: Settings,

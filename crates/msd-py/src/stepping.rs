@@ -4,13 +4,12 @@ use msd_core::Error;
 use msd_run::Runner;
 use std::time::{Duration, Instant};
 
-/// How long steps go on before Python may interrupt them.
+/// Longest time between two interrupts, seconds.
 pub const TURN: Duration = Duration::from_millis(40);
-/// A look at the clock costs as much as a few springs: not before steps that take this long
-/// together.
+/// Least time between two readings of the clock, each of which costs as much as a few springs.
 const LOOK: Duration = Duration::from_micros(200);
 
-/// Takes up to `left` steps within a turn; returns how many are left then.
+/// Takes up to `left` steps within a turn; returns the number of remaining steps.
 ///
 /// # Errors
 /// See [`Runner::step`].
@@ -37,10 +36,10 @@ pub fn turn(runner: &mut Runner, left: u64) -> Result<u64, Error> {
     Ok(left)
 }
 
-/// The number of steps nearest to so many seconds, at least one unless they are 0.
+/// Returns the number of steps nearest to a time, at least one unless the time is 0.
 ///
 /// # Errors
-/// What the seconds must be.
+/// A message with the valid range of the seconds.
 pub fn steps_in(seconds: f64, step: f64) -> Result<u64, String> {
     /// As on the command line: weeks on any machine.
     const MOST: f64 = 1e10;

@@ -1,4 +1,4 @@
-//! Sweeps: a scene over a grid of its keys, each cell a dict that any engine carries.
+//! Sweeps: a scene over a grid of its keys, each cell a dict that any task queue can send.
 
 use crate::errors::{error, file_error, refused};
 use crate::judgement::Caller;

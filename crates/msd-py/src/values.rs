@@ -1,4 +1,4 @@
-//! Values of Python as those of JSON, and back.
+//! Conversion of values between Python and JSON.
 
 use crate::errors::refused;
 use numpy::PyArray1;
@@ -7,10 +7,10 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use serde::Serialize;
 use serde_json::{Map, Number, Value};
 
-/// Lists within lists beyond which a value is refused: one that holds itself has no end.
+/// Largest nesting depth of lists: a list that contains itself has none.
 const DEEPEST: usize = 64;
 
-/// A value of Python as JSON: numbers, texts, lists, dicts, arrays and scalars of numpy, paths.
+/// Converts a Python value to JSON: numbers, texts, lists, dicts, numpy arrays and scalars, paths.
 pub fn to_json(value: &Bound<'_, PyAny>) -> PyResult<Value> {
     json_within(value, DEEPEST)
 }
@@ -56,7 +56,7 @@ fn json_within(value: &Bound<'_, PyAny>, left: usize) -> PyResult<Value> {
         let items = value.try_iter()?.map(|item| json_within(&item?, left));
         return items.collect::<PyResult<_>>().map(Value::Array);
     }
-    // Of numpy; of pathlib.
+    // numpy and pathlib.
     for method in ["tolist", "__fspath__"] {
         if let Ok(method) = value.getattr(method) {
             return json_within(&method.call0()?, left);
@@ -67,14 +67,14 @@ fn json_within(value: &Bound<'_, PyAny>, left: usize) -> PyResult<Value> {
     Err(refused(py, format!("the value is of type {kind}; {must}")))
 }
 
-/// What the command line prints as JSON, as Python has it: dicts, texts, numbers, and an array
-/// for each list of numbers.
+/// Converts JSON of the command line to Python: dicts, texts, numbers, and an array for each list
+/// of numbers.
 pub fn from_serde<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
     let json = serde_json::to_value(value).map_err(|error| refused(py, error))?;
     from_json(py, &json)
 }
 
-/// A value of JSON as Python has it.
+/// Converts a JSON value to Python.
 pub fn from_json<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
     Ok(match value {
         Value::Null => py.None().into_bound(py),

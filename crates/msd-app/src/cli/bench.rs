@@ -1,4 +1,4 @@
-//! `msd bench`: the speed of the work on which engines are compared.
+//! `msd bench`: the speed of the workloads on which engines are compared.
 
 use super::arguments::{BenchArguments, Work};
 use super::failure::{Failure, say};
@@ -16,17 +16,17 @@ use std::io::Write;
 use std::path::PathBuf;
 use web_time::Instant;
 
-/// Frames until t = 1 s, when positions are written.
+/// Frames until t = 1 s, the time of the written positions.
 const FRAMES: u64 = 60;
-/// Time that is not counted, for caches to fill and the processor to speed up, seconds.
+/// Warm-up for caches and processor clock, not measured, seconds.
 const WARM_UP: f64 = 0.25;
-/// Length of a batch unless a frame takes longer, seconds: a hundred times what an interrupt takes.
+/// Length of a batch unless a frame takes longer, seconds: a hundred times that of an interrupt.
 const BATCH: f64 = 0.02;
-/// The fewest batches, and how long they go on if these are done before, seconds.
+/// Least number of batches, and least time for all of them, seconds.
 const BATCHES: usize = 20;
 const MEASURED: f64 = 1.0;
 
-/// What was measured; the keys of `--json`, as those of `msd run` where they mean the same.
+/// Result of a measurement; the keys of `--json`, as in `msd run` if they have the same meaning.
 #[derive(Debug, Serialize)]
 struct BenchReport {
     scene: String,
@@ -50,7 +50,7 @@ struct BenchReport {
     ms_per_frame: FrameTime,
     batches: usize,
     frames_per_batch: u64,
-    /// The most memory that the process has held; null where the system does not report it.
+    /// Peak memory of the process; null if the system does not report it.
     peak_memory_bytes: Option<u64>,
 }
 
@@ -64,20 +64,20 @@ struct Updates {
 /// Time of a frame, milliseconds.
 #[derive(Debug, Serialize)]
 struct FrameTime {
-    /// By the wall clock.
+    /// Wall-clock time.
     wall: f64,
-    /// Of the processors, all threads together.
+    /// CPU time of all threads together.
     cpu: f64,
 }
 
-/// Times of the batches by the wall clock and of the processors, per frame, seconds.
+/// Wall-clock and CPU times of the batches, per frame, seconds.
 struct Times {
     walls: Vec<f64>,
     cpus: Vec<f64>,
     frames_per_batch: u64,
 }
 
-/// Measures, writes positions if asked, and prints the result.
+/// Measures, writes positions if requested, and prints the result.
 pub fn run_bench(arguments: &BenchArguments) -> Result<(), Failure> {
     let BenchArguments { integrator, substeps, threads, .. } = *arguments;
     if is_endless(FRAMES as f64 * f64::from(substeps)) {
@@ -85,7 +85,7 @@ pub fn run_bench(arguments: &BenchArguments) -> Result<(), Failure> {
     }
     let settings = Settings { integrator, substeps, ..workloads::settings() };
     arguments.pin.map_or(Ok(()), pin)?;
-    // Opened first: that a folder is missing should be known before the work.
+    // Opened first, so that a missing folder is reported before the work.
     let places = |path: &PathBuf| Places::default().write("--positions", path);
     arguments.positions.iter().try_for_each(places)?;
     let output = arguments.positions.as_deref().map(Output::create).transpose();
@@ -124,7 +124,7 @@ fn name(arguments: &BenchArguments) -> String {
     format!("{kind} {}", arguments.size)
 }
 
-/// Runs the work from its start; the scene is gone when it runs.
+/// Creates the run of a workload; the scene is freed before the run starts.
 fn start(arguments: &BenchArguments, settings: Settings) -> Result<Runner, Failure> {
     let scene = scene(arguments).map_err(Failure::input)?;
     let runner = Runner::new(&scene, settings, arguments.precision);
@@ -137,7 +137,7 @@ fn instructions(arguments: &BenchArguments) -> Instructions {
     arguments.instructions.unwrap_or(Instructions::best())
 }
 
-/// Keeps this thread, and those that it starts, on a processor.
+/// Binds this thread, and the threads that it starts, to a processor.
 #[cfg(target_os = "linux")]
 fn pin(processor: usize) -> Result<(), Failure> {
     use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
@@ -158,7 +158,7 @@ fn pin(_: usize) -> Result<(), Failure> {
     Err(Failure::input("--pin: only Linux lets a process choose its processor"))
 }
 
-/// What happened, without advice to use an option that there is not.
+/// Explains an error without advice: `msd run` has options that `msd bench` lacks.
 fn explain(arguments: &BenchArguments, error: Error) -> Failure {
     explain_divergence(&name(arguments), error, None)
 }
@@ -193,7 +193,7 @@ fn measure(arguments: &BenchArguments, settings: Settings) -> Result<BenchReport
     })
 }
 
-/// How often each spring is evaluated in a frame; `None` where that depends on the motion.
+/// Returns the number of evaluations of each spring per frame; `None` if it depends on the motion.
 fn evaluations_per_frame(settings: Settings) -> Option<u64> {
     let Settings { integrator, substeps, .. } = settings;
     let first = u64::from(integrator == Integrator::VelocityVerlet);
@@ -216,27 +216,27 @@ fn time(runner: &mut Runner) -> Result<Times, Error> {
     Ok(Times { walls, cpus, frames_per_batch })
 }
 
-/// Steps for a while and returns how many frames fit into a batch, at least one.
+/// Steps for a while and returns the number of frames per batch, at least one.
 fn warm_up(runner: &mut Runner) -> Result<u64, Error> {
     let start = Instant::now();
-    // What falls at first may touch later, so that the last frame says more than the fastest.
+    // The last frame is typical, not the fastest: falling bodies may collide later.
     let mut last = BATCH;
     while start.elapsed().as_secs_f64() < WARM_UP {
         let frame = Instant::now();
         runner.step()?;
         last = frame.elapsed().as_secs_f64();
     }
-    // No frame takes less than a nanosecond, but a coarse clock may say so.
+    // No frame takes less than a nanosecond, but a coarse clock may report less.
     Ok(((BATCH / last.max(1e-9)) as u64).max(1))
 }
 
-/// The middle number, of an even count the larger of the two.
+/// Returns the median, of an even count the larger of the middle two.
 fn median(mut numbers: Vec<f64>) -> f64 {
     numbers.sort_by(f64::total_cmp);
     numbers[numbers.len() / 2]
 }
 
-/// The most memory that this process has held, bytes; known on Linux.
+/// Returns the peak memory of this process, bytes; available on Linux only.
 fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -244,7 +244,7 @@ fn peak_memory() -> Option<u64> {
     Some(1024 * kibibytes)
 }
 
-/// Runs from the start to t = 1 s and writes where the particles are.
+/// Runs from the start to t = 1 s and writes the positions of the particles.
 fn write_positions(
     arguments: &BenchArguments,
     settings: Settings,

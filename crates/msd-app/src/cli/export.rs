@@ -1,4 +1,4 @@
-//! `msd export`: a run into a file of another program.
+//! `msd export`: a run as a file for another program.
 
 use super::arguments::ExportArguments;
 use super::failure::{Failure, hush, note, say};
@@ -14,12 +14,12 @@ use msd_study::quantity::{number, quantity};
 use serde::Serialize;
 use std::path::Path;
 
-/// What was exported; the keys of `--json`.
+/// Result of an export; the keys of `--json`.
 #[derive(Debug, Serialize)]
 struct ExportReport {
     scene: String,
     set: SetKeys,
-    /// The files, the one that was asked for first.
+    /// The files, the requested one first.
     files: Vec<String>,
     format: &'static str,
     /// Moments in the file.
@@ -34,7 +34,7 @@ struct ExportReport {
     warnings: Vec<String>,
 }
 
-/// Runs a scene and writes the file, with what there is up to a divergence or an interruption.
+/// Runs a scene and writes the file, also after a divergence or an interruption.
 pub fn run_export(arguments: &ExportArguments) -> Result<(), Failure> {
     let ExportArguments { scene, set, solver, duration, to, every, json, quiet } = arguments;
     hush(*quiet);
@@ -95,7 +95,7 @@ pub fn run_export(arguments: &ExportArguments) -> Result<(), Failure> {
     Failure::all(said.err().into_iter().chain(diverged))
 }
 
-/// How a run ended.
+/// End of a run.
 enum ExportEnd {
     Done,
     Interrupted,
@@ -103,7 +103,7 @@ enum ExportEnd {
     Unwritten(FileError),
 }
 
-/// Takes the steps up to the last of some moments, each of which is added.
+/// Steps up to the last of the given moments and adds each of them to the file.
 fn follow(
     prepared: &mut Prepared,
     export: &mut Export,
@@ -130,7 +130,7 @@ fn follow(
     ExportEnd::Done
 }
 
-/// The format of a file by its ending.
+/// Returns the format of a file by its extension.
 fn format_of(to: &Path) -> Result<Format, Failure> {
     let refused = |reason: String| Failure::input(format!("{}: {reason}", shown_path(to)));
     let format = Format::of(to).ok_or_else(|| {

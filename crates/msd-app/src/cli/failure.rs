@@ -1,4 +1,4 @@
-//! Failures of a command: messages, exit codes, what is printed where, and tables.
+//! Failures of commands, their messages and exit codes, and output to the terminal.
 
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
@@ -12,41 +12,41 @@ const DIVERGED: u8 = 3;
 /// Exit code of a command that the user interrupted: 128 and the number of the signal.
 pub(super) const INTERRUPTED: u8 = 130;
 
-/// Whether errors alone are printed.
+/// Whether only errors are printed.
 static QUIET: AtomicBool = AtomicBool::new(false);
 
-/// Why a command ended early.
+/// Reason why a command ended early.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Failure {
-    /// What is wrong; one line for each thing, but two for a window that cannot open.
+    /// Message, one line per problem, but two for a window that cannot open.
     pub message: String,
     /// The exit code.
     pub code: u8,
 }
 
 impl Failure {
-    /// Bad input or usage, or a file that could not be written.
+    /// Returns a failure by bad input or usage, or by a file that could not be written.
     pub fn input(message: impl Display) -> Self {
         Failure { message: message.to_string(), code: BAD_INPUT }
     }
 
-    /// A run that diverged.
+    /// Returns the failure of a run that diverged.
     pub fn diverged(message: impl Display) -> Self {
         Failure { message: message.to_string(), code: DIVERGED }
     }
 
-    /// A run that the user interrupted.
+    /// Returns the failure of a run that the user interrupted.
     pub fn interrupted(message: impl Display) -> Self {
         Failure { message: message.to_string(), code: INTERRUPTED }
     }
 
-    /// Whether the user interrupted what failed.
+    /// Returns whether the user interrupted the command.
     pub fn is_interruption(&self) -> bool {
         self.code == INTERRUPTED
     }
 
-    /// All of several failures, or none. A file that is missing goes before a divergence, whose
-    /// exit code says that all files are there.
+    /// Combines several failures, if there are any. The code of a missing file has precedence over
+    /// that of a divergence, which implies that all files exist.
     pub fn all(failures: impl IntoIterator<Item = Failure>) -> Result<(), Failure> {
         let failures: Vec<Failure> = failures.into_iter().collect();
         let Some(code) = failures.iter().map(|failure| failure.code).min() else { return Ok(()) };
@@ -55,37 +55,37 @@ impl Failure {
     }
 }
 
-/// The exit code of a command; writes the message of a failure to the standard error.
+/// Returns the exit code of a command, and prints the message of a failure on standard error.
 pub fn exit_code(done: Result<(), Failure>) -> ExitCode {
     let Err(failure) = done else { return ExitCode::SUCCESS };
     tell(&format!("error: {}", failure.message));
     ExitCode::from(failure.code)
 }
 
-/// Writes a line to the standard error.
+/// Prints a line on standard error.
 pub fn tell(line: &str) {
-    // Where the standard error is closed, `eprintln!` would panic.
+    // `eprintln!` would panic if standard error is closed.
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
-/// Writes a line that may be missed to the standard error: a warning, or what is being done.
+/// Prints a line on standard error, such as a warning or an activity, unless `--quiet` hides it.
 pub fn note(line: &str) {
     if !QUIET.load(Ordering::Relaxed) {
         tell(line);
     }
 }
 
-/// Prints errors alone from now on, if asked to.
+/// Hides everything but errors, if `quiet`.
 pub fn hush(quiet: bool) {
     QUIET.store(quiet, Ordering::Relaxed);
 }
 
-/// Whether errors alone are printed.
+/// Returns whether only errors are printed.
 pub fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
-/// Writes a line to the standard output; a reader that has gone, as in `| head`, is no error.
+/// Prints a line on standard output; a reader that has exited, as in `| head`, is not an error.
 pub fn say(line: &str) -> Result<(), Failure> {
     match writeln!(std::io::stdout(), "{line}") {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
@@ -95,7 +95,7 @@ pub fn say(line: &str) -> Result<(), Failure> {
     }
 }
 
-/// Lines of a table: each column is as wide as its longest text, columns in `right` flush right.
+/// Aligns a table: each column is as wide as its longest text, columns in `right` flush right.
 pub fn aligned<const N: usize>(rows: &[[String; N]], right: &[usize]) -> Vec<String> {
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
     let widths: [usize; N] = std::array::from_fn(|column| width(column).unwrap_or(0));

@@ -1,4 +1,4 @@
-//! `msd inspect`: what the bodies of a scene amount to as materials.
+//! `msd inspect`: mechanical properties of the bodies of a scene.
 
 use super::arguments::InspectArguments;
 use super::failure::{Failure, say};
@@ -8,7 +8,7 @@ use msd_scene::{set_keys, shown_path, tame};
 use msd_study::inspection::{Directions, InspectReport, Inspection, Touching, TouchingWith};
 use msd_study::quantity::{counted, number, quantity, rounded};
 
-/// Inspects a scene at its start.
+/// Inspects a scene in its initial state.
 pub fn run_inspect(arguments: &InspectArguments) -> Result<(), Failure> {
     let loaded = open_scene(&arguments.scene, &arguments.set.set)?;
     let refused = |error| Failure::input(format!("{}: {error}", shown_path(&arguments.scene)));
@@ -22,7 +22,7 @@ pub fn run_inspect(arguments: &InspectArguments) -> Result<(), Failure> {
     say(&text(&report, &asked))
 }
 
-/// The text about bodies, of which some have a Young's modulus that was asked for, pascals.
+/// Returns the text on all bodies; `asked` holds their given Young's moduli, pascals.
 fn text(report: &InspectReport, asked: &[Option<f64>]) -> String {
     let asked = asked.iter().copied().chain(core::iter::repeat(None));
     let bodies = report.bodies.iter().zip(asked);
@@ -36,7 +36,7 @@ fn text(report: &InspectReport, asked: &[Option<f64>]) -> String {
     lines.join("\n")
 }
 
-/// The lines about a body, for which a Young's modulus may have been asked, pascals.
+/// Returns the lines on a body; `asked` is its given Young's modulus, pascals.
 fn body_lines(body: &Inspection, asked: Option<f64>) -> Vec<String> {
     let Inspection { name, particles, springs, mass, .. } = body;
     let springs = counted(*springs as u64, "spring");
@@ -63,7 +63,7 @@ fn body_lines(body: &Inspection, asked: Option<f64>) -> Vec<String> {
     if body.is_open {
         lines.push("  its volume is unknown: its surface has holes".into());
     }
-    // In the unit of the slowest ones.
+    // In the unit of the lowest modes.
     lines.push(format!("  fastest motion {} Hz", number(body.fastest)));
     if let Some(first) = body.slowest.first() {
         let frequencies = body.slowest.iter().map(|slow| rounded(slow.frequency, 3));
@@ -83,7 +83,7 @@ fn body_lines(body: &Inspection, asked: Option<f64>) -> Vec<String> {
     lines
 }
 
-/// The line about how stiff an irregular solid is that is pulled at its surface.
+/// Returns the line on the stiffness of an irregular solid that is pulled at its surface.
 fn pulled_line([least, most]: [f64; 2], asked: Option<f64>) -> String {
     let off = asked.map(|young| {
         let [least, most] = [least, most].map(|modulus| 100.0 * (modulus / young - 1.0));
@@ -98,7 +98,7 @@ fn pulled_line([least, most]: [f64; 2], asked: Option<f64>) -> String {
     )
 }
 
-/// The lines about how a body meets others.
+/// Returns the lines on the contact of a body with others.
 fn touch_lines(touch: &Touching) -> Vec<String> {
     let Touching { thickness, friction, restitution, itself, obstacles, ignore, with } = touch;
     let [thickness, friction, restitution] =
@@ -120,7 +120,7 @@ fn touch_lines(touch: &Touching) -> Vec<String> {
     lines
 }
 
-/// The lines about moduli in a unit, along so many directions.
+/// Returns the lines on moduli in a unit, along `count` directions.
 fn moduli_lines(moduli: &Directions, (unit, count): (&str, u32)) -> Vec<String> {
     let quantity = match unit {
         "N" => "Young's modulus times cross-section",
@@ -137,7 +137,7 @@ fn moduli_lines(moduli: &Directions, (unit, count): (&str, u32)) -> Vec<String> 
     [Some(young), poisson].into_iter().flatten().collect()
 }
 
-/// The least and the most of something, or one number where they print alike.
+/// Formats the bounds of a range, or one number if both print alike.
 fn range(bounds: [f64; 2]) -> String {
     let [least, most] = bounds.map(number);
     if least == most { least } else { format!("{least} to {most}") }

@@ -1,4 +1,4 @@
-//! `msd scenes` and `msd methods`: what there is by name; `msd schema`: the keys of scene files.
+//! `msd scenes`, `msd methods` and `msd schema`: built-in scenes, methods, and keys of scene files.
 
 use super::arguments::ListArguments;
 use super::failure::{Failure, aligned, say};

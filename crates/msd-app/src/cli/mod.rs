@@ -1,4 +1,4 @@
-//! The command line: commands, their arguments, and what they print.
+//! The command line: commands, their arguments and their output.
 
 mod failure;
 mod steps;
@@ -31,8 +31,8 @@ use windowless::{render, view};
 #[cfg(feature = "window")]
 use {render::render, view::view};
 
-/// Limits the memory of a scene to what was asked for, GB, or to nine tenths of what is free: its
-/// pictures, which are not counted, take some too.
+/// Limits the memory of a scene to `asked`, GB, or to nine tenths of the free memory: pictures,
+/// which are not counted, take some too.
 fn allow_memory(asked: Option<f64>) {
     let limit = asked.map(|gigabytes| 1e9 * gigabytes).or_else(|| Some(0.9 * free_memory()?));
     if let Some(bytes) = limit {
@@ -40,7 +40,7 @@ fn allow_memory(asked: Option<f64>) {
     }
 }
 
-/// The memory that is free to this process, bytes, where the system says so.
+/// Returns the memory available to this process, bytes, if the system reports it.
 fn free_memory() -> Option<f64> {
     let mut system = sysinfo::System::new().ok()?;
     system.refresh_memory();
@@ -48,10 +48,10 @@ fn free_memory() -> Option<f64> {
     Some(own.min(system.available_memory()) as f64).filter(|&free| 0.0 < free)
 }
 
-/// Runs the command that was asked for.
+/// Runs the command in the arguments.
 pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
     allow_memory(arguments.memory);
-    // These measure what a setting costs, or run many things at once: each on one thread.
+    // These commands measure costs, or run many scenes at once: each on one thread.
     use CliCommand::{Study, Sweep, Tune};
     if let Some(Study(_) | Tune(_) | Sweep(_)) = arguments.command {
         let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build_global();

@@ -1,14 +1,14 @@
-//! A check that no command writes over what it reads, nor one file over another.
+//! A check that no command overwrites its input, nor one output with another.
 
 use super::failure::Failure;
 use msd_scene::{FileId, shown_path};
 use std::path::Path;
 
-/// The files of a command, by what names them on the command line.
+/// The files of a command, with their names on the command line.
 pub struct Places(Vec<(String, FileId)>);
 
 impl Default for Places {
-    /// No files but that of the standard output, where it is one.
+    /// Contains only the file of the standard output, if it is one.
     fn default() -> Self {
         let own = FileId::of_standard_output();
         Places(own.map(|id| ("the standard output".into(), id)).into_iter().collect())
@@ -24,9 +24,9 @@ impl Places {
     /// Adds a file that will be written.
     ///
     /// # Errors
-    /// Another of the files is the same, by whatever path or link.
+    /// Another of the files is the same, by any path or link.
     pub fn write(&mut self, option: &str, path: &Path) -> Result<(), Failure> {
-        // A folder that is not there is refused where the file is opened.
+        // A missing folder is reported when the file is opened.
         let Some(id) = FileId::of(path) else { return Ok(()) };
         if let Some((other, _)) = self.0.iter().find(|(_, other)| *other == id) {
             let path = shown_path(path);
@@ -37,7 +37,7 @@ impl Places {
     }
 }
 
-/// Makes a folder for files that come later: that it cannot be made should be known first.
+/// Makes a folder for later files, so that a failure is reported before the work.
 pub fn make_folder(folder: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(folder)
         .map_err(|error| Failure::input(format!("{}: {error}", shown_path(folder))))

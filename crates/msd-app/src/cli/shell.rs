@@ -1,4 +1,4 @@
-//! `msd completions` and `msd manual`: the command line described for shells and for `man`.
+//! `msd completions` and `msd manual`: the command line for shells and for `man`.
 
 use super::arguments::{Arguments, CompletionsArguments, ManualArguments};
 use super::failure::{Failure, say};
@@ -18,7 +18,7 @@ pub fn write_manual(arguments: &ManualArguments) -> Result<(), Failure> {
     let ManualArguments { folder } = arguments;
     make_folder(folder)?;
     let mut program = Arguments::command().disable_help_subcommand(true);
-    // Names such as `msd-run`, by which `man` finds the pages.
+    // Builds names such as `msd-run`, by which `man` finds the pages.
     program.build();
     let commands: Vec<Command> = program.get_subcommands().cloned().collect();
     let mut count = 0;

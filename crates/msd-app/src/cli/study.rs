@@ -1,4 +1,4 @@
-//! `msd study`: what a scene costs at every accuracy.
+//! `msd study`: error against cost of a scene.
 
 use super::arguments::StudyArguments;
 use super::failure::{Failure, aligned, say};
@@ -34,7 +34,7 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
         fresh: arguments.fresh,
         ..Plan::default()
     };
-    // What cannot be refined is refused before the long work.
+    // Refuses a scene that cannot be refined before the long work.
     let draft =
         arguments.mesh.then(|| open_draft(&arguments.scene, &arguments.set.set)).transpose()?;
     if let Some(draft) = &draft {
@@ -46,7 +46,7 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
     let (mut studied, is_whole) = studied.map_err(|halt| halted(&loaded.name, halt))?;
     let mut failures = Vec::new();
     if let Some(draft) = draft.filter(|_| is_whole) {
-        // What was studied is not lost with it, and nothing of it is half done on the way.
+        // Written first: a failure of the finer meshes must not lose the study.
         failures.extend(write(&studied, &folder));
         failures = match add_space(&mut studied, &draft, plan, &mut terminal) {
             Ok(()) => Vec::new(),
@@ -73,7 +73,7 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
     Failure::all(failures.into_iter().chain(ended))
 }
 
-/// Why there is no study or search.
+/// Returns the failure of a halted study or search.
 pub fn halted(scene: &str, halt: Halt) -> Failure {
     match halt {
         Halt::Refused(error) => explain_divergence(scene, error, None),
@@ -83,7 +83,7 @@ pub fn halted(scene: &str, halt: Halt) -> Failure {
     }
 }
 
-/// Writes the files of a report; returns what could not be written.
+/// Writes the files of a report; returns those that could not be written.
 fn write(study: &Study, folder: &Path) -> Vec<Failure> {
     let json = match serde_json::to_string_pretty(study) {
         Ok(json) => json,
@@ -152,7 +152,7 @@ fn summary(study: &Study, folder: &Path) -> String {
     lines.join("\n")
 }
 
-/// The lines of a table below a line that announces it.
+/// Indents a table below its heading.
 fn indented<const N: usize>(rows: &[[String; N]], right: &[usize]) -> Vec<String> {
     aligned(rows, right).into_iter().map(|line| format!("  {line}")).collect()
 }

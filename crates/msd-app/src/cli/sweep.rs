@@ -43,7 +43,7 @@ pub fn run_sweep(arguments: &SweepArguments) -> Result<(), Failure> {
         check_place((&sweep, &store), ("the table", &store.table_path()))?;
     }
     let summary = run_cells(&sweep, &store, (cells, arguments.jobs))?;
-    // A part of a sweep leaves the table alone: every task of an array would read all files.
+    // A part of a sweep does not write the table: every task of an array would read all files.
     let table = || collect(&sweep, &store, (&store.table_path(), sweep.format()));
     let is_any = 0 < summary.run + summary.skipped;
     let (table, failed) = match (whole && is_any).then(table).transpose() {
@@ -65,7 +65,7 @@ struct CellRow {
     number: usize,
     hash: String,
     done: bool,
-    /// The values of the grid, as a person would write them.
+    /// The values of the grid, in readable form.
     values: String,
 }
 
@@ -78,19 +78,19 @@ struct TableReport {
     missing: usize,
 }
 
-/// What was run; the keys of `--json`.
+/// Summary of a sweep; the keys of `--json`.
 #[derive(Serialize)]
 struct SweepReport {
-    /// Cells that were run.
+    /// Cells run.
     run: usize,
-    /// Cells that were done before.
+    /// Cells that were already done.
     skipped: usize,
-    /// Cells of those run that diverged.
+    /// Cells run that diverged.
     diverged: usize,
-    /// Cells that Ctrl-C left.
+    /// Cells that Ctrl-C left undone.
     left: usize,
     folder: String,
-    /// Null where only some cells were asked for.
+    /// Null if only some cells were selected.
     table: Option<TableReport>,
 }
 
@@ -123,7 +123,7 @@ impl TableReport {
     }
 }
 
-/// Prints a report as JSON, or in words.
+/// Prints a report as JSON or in words.
 fn tell(
     report: &impl Serialize,
     json: bool,
@@ -135,7 +135,7 @@ fn tell(
     }
 }
 
-/// Refuses a table over what the sweep is read from, or over one of its cells.
+/// Refuses a table that would overwrite the input of the sweep, or one of its cells.
 fn check_place(
     (sweep, store): (&Sweep, &Store),
     (option, path): (&str, &Path),
@@ -145,12 +145,12 @@ fn check_place(
         let cell = sweep.cell(number).map_err(Failure::input)?;
         places.read("a cell", &store.path(&cell));
     }
-    // By now the cells have named their meshes.
+    // The cells have named their meshes by now.
     sweep.files().iter().for_each(|file| places.read("SWEEP", file));
     places.write(option, path)
 }
 
-/// The cells that were asked for.
+/// Returns the selected cells.
 fn cells(arguments: &SweepArguments, count: usize) -> Result<Range<usize>, Failure> {
     let (flag, first, last) = match (arguments.task, arguments.tasks) {
         (Some(task), _) => ("--task", task, task),
@@ -170,7 +170,7 @@ fn cells(arguments: &SweepArguments, count: usize) -> Result<Range<usize>, Failu
 }
 
 fn list(sweep: &Sweep, store: &Store, json: bool) -> Result<(), Failure> {
-    // Every cell before the first line: a list that ends in an error would be taken for whole.
+    // All cells before the first line: a list cut short by an error would look complete.
     let mut rows = Vec::with_capacity(sweep.len());
     for number in 0..sweep.len() {
         let cell = sweep.cell(number).map_err(Failure::input)?;
@@ -211,7 +211,7 @@ fn run_cells(
     msd_study::sweep::run(sweep, store, (cells, jobs), &mut terminal).map_err(Failure::input)
 }
 
-/// A time in words, no more exact than an estimate is.
+/// Formats an estimated time with as few digits.
 fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 1.0 => "a second".into(),

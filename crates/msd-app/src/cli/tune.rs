@@ -28,7 +28,7 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
         Failure::interrupted(format!("interrupted; that is the best of the {tried} settings tried"))
     });
     let write = |format| write_choice(path, format, tuned.best.trial.choice);
-    // A better one may have come: only what is asked for again is written.
+    // After an interruption or a missed goal, a better setting may exist: nothing is written.
     let done = format.filter(|_| tuned.met && ended.is_none()).map(write);
     let written = matches!(done, Some(Ok(()))).then(|| shown_path(path));
     let unwritten = done.and_then(Result::err);
@@ -42,7 +42,7 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
     Failure::all(unwritten.into_iter().chain(said.err()).chain(ended))
 }
 
-/// The format of a scene file that may be written to; `None` if that is not wanted.
+/// Returns the format of a scene file for `--write`; `None` without it.
 pub fn writable(path: &Path, wanted: bool) -> Result<Option<SceneFormat>, Failure> {
     if !wanted {
         return Ok(None);
@@ -110,7 +110,7 @@ fn summary(name: &str, tuned: &Tuned, written: Option<&str>, asked_to_write: boo
     lines.join("\n")
 }
 
-/// A choice in a line, its errors no finer than what the reference is certain to, metres.
+/// Formats a choice; errors below the uncertainty of the reference, metres, print as bounds.
 fn line(found: &Found, uncertainty: f64) -> String {
     let known = |error: f64| match error < uncertainty {
         true => format!("below {}", estimate(uncertainty, "m")),

@@ -1,4 +1,4 @@
-//! `msd tune --mesh`: the spacing and the setting that together stay within an error.
+//! `msd tune --mesh`: spacing and setting with a bounded total error.
 
 use super::arguments::TuneArguments;
 use super::failure::{Failure, say};
@@ -16,20 +16,20 @@ use msd_study::space::{Space, SpacePlan, Verdict};
 use msd_study::tune::{ChoiceReport, FoundSpacing, TunedSpacing, tune_spacing, with_choice};
 use serde::Serialize;
 
-/// What tuning with the mesh found; the keys of `--json`.
+/// Result of tuning with the mesh; the keys of `--json`.
 #[derive(Debug, Serialize)]
 struct MeshReport {
     scene: String,
     set: SetKeys,
     max_error: f64,
     met: bool,
-    /// Parts that the spacing is cut into.
+    /// Factor of the refinement of the spacing.
     parts: Option<u32>,
-    /// Keys to be written into the scene where the spacing is not its own.
+    /// Keys for the scene file if the spacing differs from its own.
     keys: Vec<String>,
     space_error: Option<f64>,
     total_error: Option<f64>,
-    /// What the limit of ever finer spacings may be off, metres.
+    /// Uncertainty of the limit of finer spacings, metres.
     doubt: Option<f64>,
     #[serde(flatten)]
     best: Option<ChoiceReport>,
@@ -37,7 +37,7 @@ struct MeshReport {
     written: Option<String>,
 }
 
-/// Tunes spacing and setting, and prints the result; writes it where the spacing stays as it is.
+/// Tunes spacing and setting, and prints the result; writes it if the spacing stays the same.
 pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Failure> {
     let path = &arguments.scene;
     let format = writable(path, arguments.write)?;
@@ -146,7 +146,7 @@ fn summary(name: &str, tuned: &TunedSpacing, keys: &[String]) -> Vec<String> {
     lines
 }
 
-/// The keys of the solver section that a choice takes.
+/// Returns the keys of the solver section for a choice.
 fn solver_keys(choice: Choice) -> String {
     let section = with_choice("version = 1\n", SceneFormat::Toml, "scene", choice);
     let section = section.unwrap_or_default();
@@ -154,10 +154,10 @@ fn solver_keys(choice: Choice) -> String {
     keys.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(", ")
 }
 
-/// A number of a body, where it is given.
+/// A property of a body, if it is given.
 type NumberOf = fn(&BodyRow) -> Option<f64>;
 
-/// The keys of a finer scene that differ, as they are written.
+/// Returns the keys that differ in a finer scene, as written.
 fn changed(rows: &SceneFile, fine: &SceneFile) -> Vec<String> {
     let mut lines = Vec::new();
     if rows.bodies.iter().any(|body| body.kind == Kind::Mesh) {
@@ -194,7 +194,7 @@ fn changed(rows: &SceneFile, fine: &SceneFile) -> Vec<String> {
     lines
 }
 
-/// The pins, masses, materials and links of a finer scene that differ, as they are written.
+/// Returns the pins, masses, materials and links that differ in a finer scene, as written.
 fn joins(rows: &SceneFile, fine: &SceneFile) -> Vec<String> {
     let mut lines = Vec::new();
     let mut say =
@@ -256,7 +256,7 @@ fn joins(rows: &SceneFile, fine: &SceneFile) -> Vec<String> {
     lines
 }
 
-/// The number of a body of a finer scene, whose rows name none.
+/// Returns the index of a body of a finer scene, whose rows have no names.
 fn number(body: Option<&BodyKey>) -> u64 {
     match body {
         Some(&BodyKey::Number(number)) => number,
@@ -264,7 +264,7 @@ fn number(body: Option<&BodyKey>) -> u64 {
     }
 }
 
-/// The keys of an end of a link of a finer scene.
+/// Returns the keys of an end of a link of a finer scene.
 fn place_of(end: &EndRow) -> String {
     match &end.solid {
         Some(solid) => format!("solid = {}", number(Some(solid))),
@@ -272,7 +272,7 @@ fn place_of(end: &EndRow) -> String {
     }
 }
 
-/// The keys of a particle of a finer scene.
+/// Returns the keys of a particle of a finer scene.
 fn particle(body: Option<&BodyKey>, at: Option<[u64; 3]>, particle: Option<i64>) -> String {
     let place = match at {
         Some(at) => format!("at = {at:?}"),
@@ -304,7 +304,7 @@ mod tests {
             let doubt = if until < 1.0 { f64::INFINITY } else { 1e-3 };
             summary("cube", &TunedSpacing { wanted, space, doubt, found: None }, &[]).join("\n")
         };
-        // The wish is met as far as is known, which is not all of the time.
+        // The error is below the goal, but known for a part of the time only.
         for (compared, why) in [(1.0, "do not approach one motion"), (0.4, "is not certain enough")]
         {
             let part = told(0.4, compared, 0.5);

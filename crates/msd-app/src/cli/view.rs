@@ -8,13 +8,13 @@ use msd_app::{Missing, ViewError};
 use msd_scene::{Loaded, shown_path};
 use std::path::PathBuf;
 
-/// Exit code of a window whose graphics device was lost.
+/// Exit code after a loss of the graphics device.
 const LOST: u8 = 1;
 
 /// Shows a scene in a window until it is closed.
 pub fn view(ViewArguments { scene, set, solver }: ViewArguments) -> Result<(), Failure> {
     let scene = scene.unwrap_or_else(|| {
-        // The file may be gone by now.
+        // The file may no longer exist.
         let last = msd_app::last_scene().filter(|last| msd_scene::open(last).is_ok());
         last.unwrap_or(msd_scene::BUILTINS[0].name.into()).into()
     });
@@ -24,7 +24,7 @@ pub fn view(ViewArguments { scene, set, solver }: ViewArguments) -> Result<(), F
     {
         return msd_app::view_link(&link).map_err(failure);
     }
-    // With values of its own it is a run that goes on, and not the scene that the name stands for.
+    // With options of its own, it is a run that continues, instead of the scene of that name.
     let is_set = !set.set.is_empty();
     let mut loaded = if solver == SolverArguments::default() && !is_set {
         msd_scene::open(&scene).map_err(Failure::input)?
@@ -36,7 +36,7 @@ pub fn view(ViewArguments { scene, set, solver }: ViewArguments) -> Result<(), F
     loaded.files.iter().for_each(|file| places.read("SCENE", file));
     solver.from.iter().for_each(|state| places.read("--from", state));
     if is_set {
-        // Nor what its file says, which is not to be saved or linked in place of it.
+        // The file no longer matches, and must not be saved or linked instead.
         loaded.files.clear();
     }
     let status = std::env::var_os("MSD_STATUS").map(PathBuf::from);
@@ -44,13 +44,13 @@ pub fn view(ViewArguments { scene, set, solver }: ViewArguments) -> Result<(), F
     msd_app::view_as(loaded, &shown_path(&scene)).map_err(failure)
 }
 
-/// A run that is prepared, to be opened by the window.
+/// Converts a prepared run for the window.
 fn into_loaded(prepared: Prepared) -> Loaded {
     let Prepared { name, title, notes, files, made, camera, runner, .. } = prepared;
     Loaded { notes, files, made, camera, ..runner.to_loaded(&name, &title) }
 }
 
-/// A window that could not be opened, or ended by itself.
+/// Returns the failure of a window that could not be opened, or that ended by itself.
 fn failure(error: ViewError) -> Failure {
     let failure = Failure::input(&error);
     let is_lost = matches!(error.what, Missing::Device(_));
@@ -81,7 +81,7 @@ mod tests {
         let runner = Runner::open(&into_loaded(prepared)).expect("a valid scene");
         let settings = runner.settings();
         assert_eq!((settings.integrator, runner.precision()), (Integrator::Rk4, Precision::F64));
-        // Whole steps of a frame, as few as stay within nine tenths.
+        // Whole steps of a frame, as few as fit within nine tenths.
         let count = FRAME / settings.step;
         assert!((count - count.round()).abs() < 1e-9, "{count}");
         let most = FRAME / (count - 1.0);

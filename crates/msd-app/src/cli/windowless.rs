@@ -1,4 +1,4 @@
-//! `msd view` and `msd render` of a build without the window: they say so.
+//! `msd view` and `msd render` in a build without the window, where they fail with a message.
 
 use super::arguments::{RenderArguments, ViewArguments};
 use super::failure::Failure;

@@ -1,11 +1,11 @@
-//! Files that are dropped onto the window.
+//! Files dropped onto the window.
 
 use crate::viewer::Viewer;
 use egui::RawInput;
 
-/// Opens the files that were dropped since the last frame; of several the last one stays.
+/// Opens the files dropped since the last frame; the last of several wins.
 ///
-/// Wayland passes on no dropped files.
+/// On Wayland no dropped files arrive.
 pub fn take_drops(input: &RawInput, viewer: &mut Viewer) {
     for file in &input.dropped_files {
         viewer.open_path(file.path());

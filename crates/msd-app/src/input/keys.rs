@@ -1,9 +1,9 @@
-//! Keys: the commands that they stand for.
+//! Keyboard shortcuts and their commands.
 
 use crate::viewer::{Command, Tool};
 use egui::{Event, Key, Modifiers, RawInput};
 
-/// The keys and what they do, in the order of use, for the help.
+/// The keys and their effects, most used first, for the help.
 pub const KEYS: &[(&str, &str)] = &[
     ("Space", "pause or go on"),
     (".  and  ,", "one step forward, one step back"),
@@ -44,9 +44,9 @@ const DIGITS: [Key; 9] = [
     Key::Num9,
 ];
 
-/// Takes the keys that are commands out of the input, unless a text field has the keyboard.
+/// Takes the shortcuts out of the input, unless a text field has the focus.
 ///
-/// Tab is egui's: it moves the focus, and then the focused control has the keyboard.
+/// Tab stays with egui: it moves the focus, and the focused control then receives the keys.
 pub fn take_commands(input: &mut RawInput, typing: bool) -> Vec<Command> {
     let mut commands = Vec::new();
     input.events.retain(|event| {
@@ -56,7 +56,7 @@ pub fn take_commands(input: &mut RawInput, typing: bool) -> Vec<Command> {
         }
         let &Event::Key { key, pressed: true, repeat, modifiers, .. } = event else { return true };
         let Some(command) = command(key, modifiers, typing) else { return true };
-        // Held down, a key steps on and on, but it does not pause and go on.
+        // A key held down repeats a step, but not a pause.
         use Command::{Closer, StepBack, StepForward, Turn};
         if !repeat || matches!(command, StepForward | StepBack | Turn(..) | Closer(_)) {
             commands.push(command);
@@ -180,7 +180,7 @@ mod tests {
         for modifiers in [Modifiers::NONE, Modifiers::SHIFT] {
             assert_eq!(commands(Key::Plus, modifiers, false, false), [Command::Closer(1)]);
         }
-        // The size of the panels is egui's.
+        // With Ctrl, plus scales egui's panels instead.
         assert!(commands(Key::Plus, Modifiers::COMMAND, false, false).is_empty());
     }
 

@@ -1,5 +1,5 @@
-//! User input: keys become commands; the pointer over the 3D view turns, pans, zooms, grabs and
-//! cuts; dropped files are opened.
+//! User input: keyboard shortcuts, dropped files, and the pointer over the 3D view, which orbits,
+//! pans, zooms, grabs and cuts.
 
 mod drops;
 mod keys;

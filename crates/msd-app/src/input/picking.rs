@@ -1,4 +1,4 @@
-//! Picking: the particle or the solid under a point of the window.
+//! Picking of the particle or the solid under the pointer.
 
 use crate::viewer::Viewport;
 use egui::Pos2;
@@ -8,10 +8,10 @@ use msd_core::{Real, Snapshot, Vector};
 use msd_render::Ray;
 use msd_run::{Runner, on};
 
-/// How near to a particle a click must be, points.
+/// Largest distance from a click to a particle that it picks, points.
 const REACH: f32 = 18.0;
 
-/// What the mouse can take.
+/// An object that the mouse can grab.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Taken {
     /// A particle.
@@ -20,11 +20,11 @@ pub(super) enum Taken {
     Solid(usize, Vec3),
 }
 
-/// A solid is taken where its surface is so much nearer than a particle, as a part of its distance:
-/// what lies on a solid is taken, not the solid.
+/// A particle that lies deeper than a solid by more than this part of the solid's depth is hidden:
+/// a body that lies on a solid is picked before the solid.
 const COVER: f32 = 0.05;
 
-/// What is under a point of the window: a particle, unless a solid hides it.
+/// Returns the object under a point of the window: a particle, unless a solid hides it.
 pub(super) fn pick_any(viewport: &Viewport, runner: &Runner, at: Pos2) -> Option<Taken> {
     let particle = pick(viewport, runner, at);
     let ray = viewport.ray(at);
@@ -42,19 +42,19 @@ pub(super) fn pick_any(viewport: &Viewport, runner: &Runner, at: Pos2) -> Option
     })
 }
 
-/// Steps along a ray to a solid, at most, and the part of a gap that each of them goes: the gap of
-/// a mesh is a distance only nearly.
+/// Most steps along a ray to a solid, and the part of the gap that each step covers: the distance
+/// to a mesh is approximate.
 const MOST_STEPS: usize = 256;
 const SAFE: f64 = 0.9;
 
-/// The solid that a ray meets first, and how far along it, metres: by steps that are as long as
-/// nothing is nearer (sphere tracing; Hart, 1996).
+/// Returns the first solid along a ray and its distance, metres, by sphere tracing (Hart, 1996):
+/// each step is as long as the gap to the nearest surface.
 fn nearest_solid<R: Real>(snapshot: &Snapshot<'_, R>, ray: &Ray) -> Option<(usize, f32)> {
     let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
     let hits = snapshot.solids.iter().enumerate().filter_map(|(solid, row)| {
         let placed = Placed::new(row, snapshot.time);
         let far = (placed.middle - origin).length() + row.shape.reach();
-        // What has no end is ground: beside the bodies nothing else would be left to turn the view.
+        // Infinite solids are ground: if one could be grabbed, no place would be left to orbit.
         if far.is_infinite() {
             return None;
         }
@@ -74,7 +74,7 @@ fn nearest_solid<R: Real>(snapshot: &Snapshot<'_, R>, ray: &Ray) -> Option<(usiz
     hits.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// The particle under a point of the window: the nearest corner of the surface there, or a
+/// Returns the particle under a point of the window: the nearest corner of the surface there, or a
 /// particle close by.
 pub(super) fn pick(viewport: &Viewport, runner: &Runner, at: Pos2) -> Option<usize> {
     on!(runner, simulation => pick_in(viewport, &simulation.snapshot(), at))
@@ -100,7 +100,7 @@ fn pick_in<R: Real>(viewport: &Viewport, snapshot: &Snapshot<'_, R>, at: Pos2) -
     })
 }
 
-/// The particles of the triangle that a ray meets first, and how far along it.
+/// Returns the particles of the first triangle along a ray, and the distance to it.
 fn nearest_triangle<R: Real>(snapshot: &Snapshot<'_, R>, ray: &Ray) -> Option<([usize; 3], f32)> {
     let surfaces = snapshot.bodies.iter().map(|body| &body.surface);
     let triangles = surfaces.flat_map(|surface| surface.particles());
@@ -112,7 +112,7 @@ fn nearest_triangle<R: Real>(snapshot: &Snapshot<'_, R>, ray: &Ray) -> Option<([
     hits.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// How far along a ray a triangle is met (Möller and Trumbore, 1997).
+/// Returns the distance along a ray to a triangle (Möller and Trumbore, 1997).
 fn crossing(ray: &Ray, [a, b, c]: [Vec3; 3]) -> Option<f32> {
     let (ab, ac) = (b - a, c - a);
     let normal = ray.direction.cross(ac);
@@ -178,7 +178,7 @@ mod tests {
         let near = middle + towards_eye * 6.0;
         let Taken::Solid(0, hit) = taken(near, 1.0) else { panic!("the ball is in front") };
         assert!((hit.as_dvec3() - near - towards_eye).length() < 0.02, "{hit}");
-        // Behind the block, or so small within it that its surface is no nearer than the block's.
+        // A ball behind the block, or inside it with a surface that is no nearer than the block's.
         assert!(matches!(taken(middle - towards_eye * 6.0, 1.0), Taken::Particle(_)));
         assert!(matches!(taken(middle, 0.5), Taken::Particle(_)));
     }

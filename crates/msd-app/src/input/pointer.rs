@@ -1,4 +1,4 @@
-//! The pointer over the 3D view: what a press begins goes on until release.
+//! The pointer over the 3D view: a press begins a gesture that lasts until release.
 
 use super::picking::{Taken, pick_any};
 use super::stroke::{crossed, inside};
@@ -7,7 +7,7 @@ use egui::{Context, Modifiers, PointerButton, Pos2, Rect};
 use msd_core::Vector;
 use msd_run::on;
 
-/// Turn per point of motion, radians: half a turn over some 400 points.
+/// Rotation per point of motion, radians: half a turn takes some 400 points.
 const TURN: f32 = 0.008;
 /// Exponent of the zoom per point of scrolling: a wheel click of 50 points zooms by a seventh.
 const ZOOM: f32 = 0.003;
@@ -24,10 +24,10 @@ struct Pointer {
 const BUTTONS: [PointerButton; 3] =
     [PointerButton::Primary, PointerButton::Secondary, PointerButton::Middle];
 
-/// Applies what pointer, wheel and fingers did over the 3D view since the last frame.
+/// Applies the input of pointer, wheel and fingers over the 3D view since the last frame.
 ///
-/// Before anything is laid out, so by the place that the view had in the last frame, which is also
-/// what egui goes by.
+/// Runs before the layout, with the rectangle of the view from the last frame. egui's hit test uses
+/// the same one.
 pub fn read_pointer(ctx: &Context, viewer: &mut Viewer) {
     read_hands(ctx, viewer);
     let Some(view) = ctx.read_response(Viewer::view_id()) else { return };
@@ -57,7 +57,7 @@ pub fn read_pointer(ctx: &Context, viewer: &mut Viewer) {
         follow(viewer, latest);
     }
     let is_down = |button| BUTTONS.iter().zip(pointer.down).any(|(&b, down)| b == button && down);
-    // After the motion: what is let go keeps the speed of the last one.
+    // After the motion, so that a released object keeps its latest speed.
     if viewer.hand.gesture.is_some_and(|gesture| !is_down(gesture.button)) {
         end(viewer);
     }
@@ -74,7 +74,7 @@ pub fn read_pointer(ctx: &Context, viewer: &mut Viewer) {
     };
 }
 
-/// Tells the session what is pressed and held anywhere, in the panels too.
+/// Passes presses and held buttons or keys to the session, those over the panels too.
 fn read_hands(ctx: &Context, viewer: &mut Viewer) {
     let (presses, holds) = ctx.input(|input| {
         let holds = input.pointer.any_down() || !input.keys_down.is_empty();
@@ -83,7 +83,7 @@ fn read_hands(ctx: &Context, viewer: &mut Viewer) {
     viewer.session.follow_hands(presses, holds || ctx.text_edit_focused());
 }
 
-/// What of a side is under a point of the window.
+/// Returns the object of one side of the view under a point of the window.
 fn pick_at(viewer: &Viewer, side: Side, at: Pos2) -> Option<Taken> {
     pick_any(&viewer.viewport_of(side), viewer.runner_of(side), at)
 }
@@ -146,7 +146,7 @@ fn follow(viewer: &mut Viewer, latest: Pos2) {
         Action::Select { .. } => {}
         Action::Cut if latest == last => {}
         Action::Cut => {
-            // What lies under the panels is not seen, and not cut.
+            // Panels hide the springs behind them, so the stroke ends at the edge of the view.
             let [last, latest] = [last, latest].map(|at| viewport.rect.clamp(at));
             viewer.hand.stroke.push(latest);
             let springs = crossed(&viewport, viewer.runner_of(gesture.side), [last, latest]);
@@ -169,7 +169,7 @@ fn end(viewer: &mut Viewer) {
             let area = Rect::from_two_pos(from, last).intersect(viewport.rect);
             let particles = inside(&viewport, viewer.runner_of(side), area);
             viewer.session.select_group(particles);
-            // The next drag takes what the box has chosen.
+            // The next drag moves the chosen group.
             viewer.hand.tool = Tool::Grab;
         }
         Action::Orbit | Action::Pan | Action::Cut => {}

@@ -1,6 +1,6 @@
-//! Strokes and boxes in the picture: the springs that a stroke crosses, the particles in a box.
+//! Strokes and boxes on the screen: springs that a stroke crosses, particles in a box.
 //!
-//! Both go through the whole scene, as the picture has it: what is hidden behind a surface counts.
+//! Both act on the whole scene, including objects hidden behind a surface.
 
 use crate::viewer::Viewport;
 use egui::{Pos2, Rect};
@@ -8,7 +8,7 @@ use glam::Vec4;
 use msd_core::Vector;
 use msd_run::{Runner, on};
 
-/// The springs that are not cut yet and whose picture a piece of a stroke crosses.
+/// Returns the uncut springs whose screen line a segment of a stroke crosses.
 pub(super) fn crossed(viewport: &Viewport, runner: &Runner, stroke: [Pos2; 2]) -> Vec<usize> {
     on!(runner, simulation => {
         let snapshot = simulation.snapshot();
@@ -25,7 +25,7 @@ pub(super) fn crossed(viewport: &Viewport, runner: &Runner, stroke: [Pos2; 2]) -
     })
 }
 
-/// The particles whose picture is in a box.
+/// Returns the particles inside a box on the screen.
 pub(super) fn inside(viewport: &Viewport, runner: &Runner, area: Rect) -> Vec<usize> {
     let is_inside = |point| viewport.project(point).is_some_and(|place| area.contains(place));
     on!(runner, simulation => {
@@ -36,14 +36,14 @@ pub(super) fn inside(viewport: &Viewport, runner: &Runner, area: Rect) -> Vec<us
     })
 }
 
-/// Whether two line segments meet: each has its ends on different sides of the other.
+/// Returns whether two segments cross: each has its ends on different sides of the other.
 fn meet([a, b]: [Pos2; 2], [c, d]: [Pos2; 2]) -> bool {
     let side = |from: Pos2, to: Pos2, of: Pos2| {
         let (way, arm) = (to - from, of - from);
         way.x * arm.y - way.y * arm.x
     };
     let (first, second) = (side(a, b, c) * side(a, b, d), side(c, d, a) * side(c, d, b));
-    // Of two that lie on one line nothing is crossed.
+    // Collinear segments do not count.
     first <= 0.0 && second <= 0.0 && (first < 0.0 || second < 0.0)
 }
 
@@ -59,7 +59,7 @@ mod tests {
         assert!(meet([pos2(1.0, 2.0), pos2(1.0, 0.0)], across));
         assert!(!meet(across, [pos2(3.0, 0.0), pos2(3.0, 2.0)]));
         assert!(!meet(across, [pos2(1.0, 1.5), pos2(1.0, 2.0)]));
-        // A spring seen end on is a point, and one along the stroke is not crossed.
+        // A spring seen end on is a point, and a stroke along a spring does not cross it.
         assert!(!meet(across, [pos2(1.0, 1.5), pos2(1.0, 1.5)]));
         assert!(!meet(across, [pos2(0.5, 1.0), pos2(1.5, 1.0)]));
         assert!(!meet(across, [pos2(f32::NAN, 0.0), pos2(1.0, 2.0)]));

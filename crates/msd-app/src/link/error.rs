@@ -1,22 +1,22 @@
-//! Reasons not to follow a link.
+//! Reasons to refuse a link.
 
-/// Why a link is not followed.
+/// Reason to refuse a link.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LinkError {
-    /// It names no scene.
+    /// The link has no scene.
     #[error("the link names no scene: it should read like #scene=cloth")]
     NoScene,
-    /// It names a scene that is not there.
+    /// The link names an unknown scene.
     #[error("the link names a scene that is not there: `{0}`")]
     UnknownScene(String),
-    /// It was made by another version.
+    /// The link has the format of another version.
     #[error("the link was made by another version of msd: it has format {0}")]
     Format(u8),
-    /// Some of it is missing, or is not what it was.
+    /// A part of the link is missing or altered.
     #[error("the link is damaged: some of it is missing or was changed on its way")]
     Damaged,
-    /// It is longer than a link may be, or what it holds unfolds to more.
+    /// The link, or its content after decompression, exceeds the limit.
     #[error("the link holds more than a link may hold")]
     TooLarge,
 }

@@ -1,4 +1,4 @@
-//! Links of earlier formats: interactions, as keys of their scenes.
+//! Links of earlier formats, whose interactions are converted to keys of their scenes.
 
 use super::{Changes, Look};
 use msd_core::{Friction, Interaction, MaterialNumber, Select, Settings};
@@ -9,16 +9,16 @@ use msd_scene::{Assignment, Edits, Loaded, Precision, Wind, look_row};
 use serde::Deserialize;
 use std::ops::Range;
 
-/// What links of formats 3 and 4 held beside keys.
+/// Content of links of formats 3 and 4 besides keys.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Former {
-    /// What was set of rest lengths; in format 3 all that was set, the oldest first.
+    /// Changes of rest lengths; in format 3 all changes, the oldest first.
     edits: Vec<Interaction>,
     /// Strength, newtons, heading, radians, and gusts of the wind; in format 4 it is a key.
     wind: [f64; 3],
 }
 
-/// Formats 3 and 4. Format 3 ended with the look.
+/// Content of formats 3 and 4. Format 3 ends with the look.
 #[derive(Deserialize)]
 struct Content {
     settings: Settings,
@@ -31,10 +31,10 @@ struct Content {
     set: Edits,
 }
 
-/// What a link of an earlier format has changed, if it is whole.
+/// Decodes the changes in a link of an earlier format; `None` if it is damaged.
 pub(super) fn changes(format: u8, mut content: Vec<u8>) -> Option<Changes> {
     if format == 3 {
-        // Nothing was set of keys.
+        // Format 3 has no keys: an empty list stands for them.
         content.push(0);
     }
     let Content { settings, automatic, precision, edits, wind, speed, look, mut set } =
@@ -45,7 +45,7 @@ pub(super) fn changes(format: u8, mut content: Vec<u8>) -> Option<Changes> {
 }
 
 impl Former {
-    /// Whether it is made of settings alone.
+    /// Returns whether it holds settings alone.
     pub(super) fn is_usable(&self) -> bool {
         use Interaction::*;
         let is_material = |edit: &Interaction| {
@@ -74,13 +74,13 @@ impl Former {
             && self.wind.iter().all(|number| number.is_finite())
     }
 
-    /// The same as keys of its scene.
+    /// Returns the same changes as keys of the scene.
     pub(super) fn keys(&self, loaded: &Loaded) -> Edits {
         keys_of(&self.edits, self.wind, loaded)
     }
 }
 
-/// The keys that interactions and a wind have set, which a window has made.
+/// Converts the interactions and the wind of a window to keys.
 fn keys_of(edits: &[Interaction], wind: [f64; 3], loaded: &Loaded) -> Edits {
     use Interaction::*;
     let (mut set, mut off, mut made) = (Edits::default(), Vec::new(), loaded.made.clone());
@@ -142,7 +142,7 @@ fn keys_of(edits: &[Interaction], wind: [f64; 3], loaded: &Loaded) -> Edits {
     set
 }
 
-/// The kind of springs that rows are of.
+/// Returns the kind of springs that a range belongs to.
 fn kind(rows: Select, loaded: &Loaded) -> Option<Part> {
     let Select::Range(start, _) = rows else { return None };
     let kinds = [Part::FaceDiagonals, Part::SpaceDiagonals, Part::BendingSprings];
@@ -168,7 +168,7 @@ fn of_springs(set: &mut Edits, (name, springs, value): (&str, Select, f64), load
     }
 }
 
-/// Rest lengths that were multiplied, of all springs or of a body.
+/// Sets the keys of rest lengths that were multiplied, of all springs or of a body.
 fn of_rest_lengths(
     set: &mut Edits,
     stretched: &mut [(Range<usize>, f64)],

@@ -1,8 +1,8 @@
-//! Links: a scene, what was changed of it and how it is looked at, in the fragment of an address.
+//! Links: a scene, its changes and the camera, in the fragment of a web address.
 //!
-//! `#scene=cloth` is the scene alone. `&with=` and a text in base 64 add what was changed: the
-//! number of the format, the changes, and a checksum. `#scene=own&file=` and such a text hold a
-//! scene of the user's own (`own_scene.rs`).
+//! `#scene=cloth` is the scene alone. `&with=` and a text in base 64 add the changes: the number of
+//! the format, the changes, and a checksum. `#scene=own&file=` and such a text hold a scene of the
+//! user's own (`own_scene.rs`).
 
 mod error;
 mod seal;
@@ -22,46 +22,46 @@ use seal::{seal, unseal};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Raised whenever what a link holds changes its form.
+/// Version of the encoding; raised with each change of it.
 const FORMAT: u8 = 5;
 /// The first format that can still be read.
 const FORMER: u8 = 3;
-/// What a page takes besides a link.
+/// Parameters of the page, beside those of a link.
 const PAGE: [&str; 2] = ["embed", "verify"];
-/// The longest text that may be a link; a browser takes more, a person sends less.
+/// Longest link, characters; browsers accept more, but people do not send longer ones.
 const LONGEST: usize = 64_000;
-/// What stands for the name of a scene that the link holds.
+/// Name of a scene that the link itself holds.
 const OWN: &str = "own";
 
-/// A scene, and what was changed of it.
+/// A scene and the user's changes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
     /// The name of a built-in scene, or of the user's own.
     pub scene: String,
     /// The scene itself, unless it is built in.
     pub own: Option<OwnScene>,
-    /// What was changed, unless it is as it was made.
+    /// The user's changes; `None` for the scene as written.
     pub changes: Option<Changes>,
 }
 
-/// What was changed of a scene, and how it is looked at.
+/// Changes of a scene, and the camera.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Changes {
     /// Simulated seconds per second.
     pub speed: f64,
-    /// How it is looked at.
+    /// The view.
     pub look: Look,
-    /// What was set of keys of the scene, its solver included.
+    /// Keys of the scene that were set, those of its solver included.
     pub set: Edits,
-    /// What a link of an earlier format says otherwise.
+    /// Changes in a link of an earlier format that are not keys.
     #[serde(skip)]
     pub former: Option<Former>,
 }
 
-/// How a scene is looked at.
+/// View of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Look {
-    /// What the camera looks at, metres; from the middle of everything if it follows that.
+    /// Target of the camera, metres; relative to the middle of the scene if the camera follows it.
     pub target: [f32; 3],
     /// Distance from the target, metres.
     pub distance: f32,
@@ -69,36 +69,36 @@ pub struct Look {
     pub yaw: f32,
     /// Angle above the horizon, radians.
     pub pitch: f32,
-    /// Whether the camera follows.
+    /// Whether the camera follows the scene.
     pub follow: bool,
-    /// What is drawn, a bit for each thing that the window can show or hide.
+    /// Visible parts, a bit for each one that the window can show or hide.
     pub shown: u16,
 }
 
 impl Link {
-    /// Whether a text that stands for a scene is meant as a link: no file of that name is there,
-    /// and it is no path.
+    /// Returns whether a text that names a scene is a link: it is not a path, and no file of that
+    /// name exists.
     pub fn is_meant(text: &str) -> bool {
         let is_path = ["./", "../", "/"].iter().any(|start| text.starts_with(start));
         text.contains("#scene=") && !is_path && !std::path::Path::new(text).exists()
     }
 
-    /// The link to a built-in scene as its author made it.
+    /// Returns the link to a built-in scene as its author made it.
     pub fn to(scene: &str) -> Self {
         Link { scene: scene.to_owned(), own: None, changes: None }
     }
 
-    /// The link to a scene of the user's own, with what was changed of it.
+    /// Returns the link to a scene of the user's own, with the changes.
     ///
     /// # Errors
-    /// A line that says which file is too large, or that too much was changed.
+    /// A line that names the file that is too large, or says that there are too many changes.
     pub fn to_own(own: OwnScene, changes: Changes) -> Result<Self, String> {
         let link = Link { scene: OWN.into(), own: None, changes: Some(changes) }.checked()?;
         own.encode(LONGEST.saturating_sub(link.to_string().len() + "&file=".len()))?;
         Ok(Link { scene: own.name(), own: Some(own), ..link })
     }
 
-    /// The link, unless what was changed makes it longer than a link may be.
+    /// Returns the link, unless its changes make it too long.
     ///
     /// # Errors
     /// A line that says so.
@@ -109,10 +109,10 @@ impl Link {
         Ok(self)
     }
 
-    /// Reads a link, or its fragment alone. What a page takes besides is passed over.
+    /// Reads a link, or its fragment alone, and ignores the parameters of the page.
     ///
     /// # Errors
-    /// See [`LinkError`]. Whether the changes fit the scene is found when they are made.
+    /// See [`LinkError`]. [`Link::edit`] checks later whether the changes fit the scene.
     pub fn parse(text: &str) -> Result<Link, LinkError> {
         let fragment = text.split_once('#').map_or(text, |(_, fragment)| fragment);
         if LONGEST < fragment.len() {
@@ -132,7 +132,7 @@ impl Link {
             let own = OwnScene::decode(file)?;
             return Ok(Link { scene: own.name(), own: Some(own), changes: changes()? });
         }
-        // The file was cut off, or is of a scene that needs none.
+        // The file was cut off, or stands beside a built-in scene.
         if scene == OWN || value("file=").is_some() {
             return Err(LinkError::Damaged);
         }
@@ -144,7 +144,7 @@ impl Link {
         Ok(Link { scene: scene.to_owned(), own: None, changes: changes()? })
     }
 
-    /// Opens the scene, stepped as the link says; its edits are made by [`Link::edit`].
+    /// Opens the scene with the solver of the link; [`Link::edit`] makes the other edits.
     ///
     /// # Errors
     /// See [`msd_scene::open()`].
@@ -152,14 +152,14 @@ impl Link {
         let built_in = || msd_scene::open(&self.scene);
         let mut loaded = self.own.as_ref().map_or_else(built_in, OwnScene::load)?;
         if let Some(changes) = &self.changes {
-            // What could be read of it is usable.
+            // `Changes::is_usable` has checked the keys of the solver.
             let row = changes.set.solver().unwrap_or_default();
             loaded.set_solver(loaded.solver().with(&row));
         }
         Ok(loaded)
     }
 
-    /// Opens the scene with its edits made, as a scene to be studied.
+    /// Opens the scene with its edits made, for a study.
     ///
     /// # Errors
     /// One line: see [`Link::load`] and [`Link::edit`].
@@ -189,7 +189,7 @@ impl fmt::Display for Link {
         match &self.own {
             None => write!(f, "#scene={}", self.scene)?,
             Some(own) => {
-                // One that was not measured may be longer than it should be.
+                // `to_own` limits the length; a link from elsewhere is printed at any length.
                 let file = own.encode(usize::MAX).map_err(|_| fmt::Error)?;
                 write!(f, "#scene={OWN}&file={file}")?;
             }
@@ -199,7 +199,7 @@ impl fmt::Display for Link {
 }
 
 impl Changes {
-    /// What was set of keys of the scene, its solver included.
+    /// Returns the keys of the scene that were set, those of its solver included.
     pub fn set_of(&self, loaded: &Loaded) -> Edits {
         let mut set = self.former.as_ref().map(|former| former.keys(loaded)).unwrap_or_default();
         self.set.iter().for_each(|edit| set.set(edit.clone()));
@@ -219,7 +219,7 @@ impl Changes {
         changes.filter(Changes::is_usable).ok_or(LinkError::Damaged)
     }
 
-    /// Whether a link may hold this: keys that a run can be given, and a camera that is somewhere.
+    /// Returns whether a link may hold this: keys that can change in a run, and a finite camera.
     fn is_usable(&self) -> bool {
         let Look { target: [x, y, z], distance, yaw, pitch, .. } = self.look;
         self.set.iter().all(|edit| edit.live() != Live::Restart)

@@ -1,4 +1,4 @@
-//! Scenes of the user's own in links: a file and the meshes that it names, compressed.
+//! Scenes of the user's own in links: a file and its meshes, compressed.
 
 use super::error::LinkError;
 use super::seal::{seal, unseal};
@@ -9,29 +9,29 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Raised whenever what a link holds of a scene changes its form.
+/// Version of the encoding; raised with each change of it.
 const FORMAT: u8 = 1;
-/// The most that a scene in a link holds, bytes: a few letters may stand for as much as one likes.
+/// Limit on the size of a scene in a link, bytes: a short text may decompress to any size.
 const LARGEST: usize = 1_000_000;
-/// How hard it is compressed, of 10: the next level takes twice the time and saves little.
+/// Level of compression, of 10: the next one takes twice the time and saves little.
 const EFFORT: u8 = 8;
 
 /// A scene of the user's own, as the bytes of its file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OwnScene {
-    /// The name of the file, with its ending.
+    /// Name of the file, with its extension.
     pub file: String,
-    /// What the file holds.
+    /// Content of the file.
     pub bytes: Vec<u8>,
-    /// What the files of its meshes hold, by the names that the scene has for them.
+    /// Contents of its mesh files, by their names in the scene.
     pub meshes: BTreeMap<String, Vec<u8>>,
 }
 
 impl OwnScene {
-    /// A file without others.
+    /// Returns a scene without meshes.
     ///
     /// # Errors
-    /// A line on one that is too large for a link.
+    /// A line that says that the file is too large for a link.
     pub fn new(file: &str, bytes: &[u8]) -> Result<Self, String> {
         if LARGEST <= bytes.len() {
             return Err(too_large(file, bytes.len()));
@@ -40,7 +40,7 @@ impl OwnScene {
         Ok(OwnScene { file, bytes, meshes })
     }
 
-    /// What a scene was read from: `own` where that is known, else its files as they are now.
+    /// Returns the source of a loaded scene: `own` if given, else the current content of its files.
     ///
     /// # Errors
     /// A line on why a link cannot hold it.
@@ -50,19 +50,19 @@ impl OwnScene {
         if read.scene == loaded.scene {
             return Ok(own);
         }
-        // The file has changed meanwhile, or the command line said more: the link would lie.
+        // The file has changed since, or the command line changes the scene: a link would be wrong.
         Err(format!("{} is no longer what was opened: open it again for a link", own.file))
     }
 
     /// Reads the files of a scene again: its own, then those of its meshes.
     ///
     /// # Errors
-    /// A line on why it cannot be read, or is too large for a link.
+    /// A line on why a file cannot be read, or that it is too large for a link.
     fn read(files: &[PathBuf]) -> Result<Self, String> {
         let [scene, meshes @ ..] = files else { return Err("it is not from a file".into()) };
         let folder = scene.parent().unwrap_or(Path::new("")).join("");
         let read = |path: &Path| {
-            // As the scene has it: a path without its folder would lose a leading dot.
+            // The name as the scene has it: stripping folders by path would lose a leading dot.
             let name = path.to_string_lossy();
             let name = name.strip_prefix(&*folder.to_string_lossy()).unwrap_or(&name).to_owned();
             let why = |error| format!("{name}: {error}");
@@ -85,23 +85,23 @@ impl OwnScene {
         msd_scene::open_bytes_with(&self.file, &self.bytes, &self.meshes)
     }
 
-    /// What the scene is called.
+    /// Returns the name of the scene.
     pub(super) fn name(&self) -> String {
         let stem = Path::new(&self.file).file_stem().unwrap_or_default().to_string_lossy();
         stem.chars().filter(|letter| !letter.is_control()).collect()
     }
 
-    /// The largest of its files, by name, and its size, bytes.
+    /// Returns the name of the largest of its files and its size, bytes.
     fn largest(&self) -> (&str, usize) {
         let own = (&*self.file, self.bytes.len());
         let meshes = self.meshes.iter().map(|(name, bytes)| (&**name, bytes.len()));
         meshes.chain([own]).max_by_key(|(_, size)| *size).unwrap_or(own)
     }
 
-    /// The text of it in a link.
+    /// Encodes the scene for a link.
     ///
     /// # Errors
-    /// A line that names the file that makes it longer than `longest` characters.
+    /// A line that names the largest file if the text is longer than `longest` characters.
     pub(super) fn encode(&self, longest: usize) -> Result<String, String> {
         let (name, size) = self.largest();
         let content = postcard::to_stdvec(self).map_err(|error| error.to_string())?;
@@ -112,10 +112,10 @@ impl OwnScene {
         if longest < text.len() { Err(too_large(name, size)) } else { Ok(text) }
     }
 
-    /// Reads the text of it in a link.
+    /// Decodes the scene of a link.
     ///
     /// # Errors
-    /// See [`LinkError`]. Whether the scene is one is found when it is opened.
+    /// See [`LinkError`]. [`OwnScene::load`] checks whether the content is a scene.
     pub(super) fn decode(text: &str) -> Result<Self, LinkError> {
         let (_, content) = unseal(FORMAT..=FORMAT, text)?;
         let content = decompress_to_vec_with_limit(&content, LARGEST).map_err(|error| {

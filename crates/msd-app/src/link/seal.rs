@@ -1,4 +1,4 @@
-//! The seal of what a link holds: the number of its format, and a checksum, in base 64.
+//! Framing of the content of a link: format number and checksum, in base 64.
 
 use super::error::LinkError;
 use base64::Engine;
@@ -8,7 +8,7 @@ use std::ops::RangeInclusive;
 /// Bytes of the checksum, the first of a BLAKE3 hash.
 const CHECK: usize = 4;
 
-/// The text of a content in a format.
+/// Encodes content with its format number and a checksum.
 pub(super) fn seal(format: u8, content: &[u8]) -> String {
     let mut bytes = [&[format], content].concat();
     let check = blake3::hash(&bytes);
@@ -16,11 +16,11 @@ pub(super) fn seal(format: u8, content: &[u8]) -> String {
     BASE64.encode(bytes)
 }
 
-/// The format and the content of a text that was sealed in one of some formats.
+/// Decodes a text of one of the expected formats into its format and its content.
 pub(super) fn unseal(expected: RangeInclusive<u8>, text: &str) -> Result<(u8, Vec<u8>), LinkError> {
     let bytes = BASE64.decode(text).map_err(|_| LinkError::Damaged)?;
     let (bytes, check) = bytes.split_last_chunk::<CHECK>().ok_or(LinkError::Damaged)?;
-    // A format to come may check otherwise: it is asked for first.
+    // The format comes first: a future one may use another checksum.
     let (&format, content) = bytes.split_first().ok_or(LinkError::Damaged)?;
     if !expected.contains(&format) {
         return Err(LinkError::Format(format));

@@ -1,20 +1,20 @@
-//! Plots that the pointer does not move, with ticks that have a number and a unit.
+//! Plots without pan or zoom, with tick labels that have a number and a unit.
 
 use egui::{Rangef, Sense};
 use egui_plot::{AxisHints, GridInput, GridMark, Plot};
 use msd_study::quantity::rounded;
 use std::ops::RangeInclusive;
 
-/// The part of the time axis, at its end, where half of a number would be out of the panel.
+/// Share of the time axis, at its end, where a label would be cut off by the edge of the panel.
 const ROOM: f64 = 0.1;
 
-/// A plot that the pointer does not move; it is a picture, so that the keyboard passes it by.
+/// Returns a plot without pan or zoom; keyboard focus skips it.
 pub(super) fn still_plot(name: &'static str) -> Plot<'static> {
     let plot = Plot::new(name).allow_drag(false).allow_zoom(false).allow_scroll(false);
     plot.allow_boxed_zoom(false).allow_double_click_reset(false).sense(Sense::hover())
 }
 
-/// A plot over time, seconds; `words` tells a number of the other axis.
+/// Returns a plot over time, seconds; `words` formats a number of the other axis.
 pub(super) fn plot_over_time<'a>(
     name: &'static str,
     words: impl Fn(f64) -> String + 'a,
@@ -33,18 +33,18 @@ pub(super) fn plot_over_time<'a>(
         .custom_y_axes(vec![axis(AxisHints::new_y(), words, 0.0).min_thickness(54.0)])
 }
 
-/// An axis whose ticks have words, but for those in a last part of it.
+/// Returns an axis with formatted tick labels, except in a share `room` at its end.
 fn axis<'a>(hints: AxisHints<'a>, words: impl Fn(f64) -> String + 'a, room: f64) -> AxisHints<'a> {
     let number = move |mark: GridMark, range: &RangeInclusive<f64>| {
         let left = range.end() - mark.value;
         let is_cut = left < room * (range.end() - range.start());
         if is_cut { String::new() } else { words(mark.value) }
     };
-    // Points between ticks from which on numbers are shown, faint and in full.
+    // Distances between ticks, points, at which labels appear faint and in full.
     hints.formatter(number).label_spacing(Rangef::new(9.0, 12.0))
 }
 
-/// Ticks at multiples of 1, 2 or 5 times a power of ten: as few as can be, but two at least.
+/// Returns ticks at multiples of 1, 2 or 5 times a power of ten: as few as possible, at least two.
 fn ticks(input: GridInput) -> Vec<GridMark> {
     let (low, high) = input.bounds;
     let span = high - low;

@@ -1,4 +1,4 @@
-//! The energy: a bar of its parts, the plot, and what was added to it by error.
+//! The energy: a bar of its parts, the plot, and the energy errors.
 
 use super::axes::plot_over_time;
 use super::{heading, theme};
@@ -9,7 +9,7 @@ use egui_plot::{Line, PlotPoints};
 use msd_core::Energy;
 use msd_study::quantity::{estimate, rounded};
 
-/// A curve: its name, its colour, and how it is read.
+/// A curve: name, colour, and value.
 type Curve = (&'static str, Color32, fn(&Energy) -> f64);
 
 const CURVES: [Curve; 6] = [
@@ -20,18 +20,18 @@ const CURVES: [Curve; 6] = [
     ("supplied", Color32::from_rgb(240, 170, 200), |energy| energy.supplied),
     ("total", Color32::from_rgb(225, 228, 235), Energy::total),
 ];
-/// The part of the most energy that there was below which what contact adds is rounding.
+/// Share of the maximum energy below which the energy added by contact is rounding.
 const NOISE: f64 = 1e-6;
-/// The colour of what contact adds.
+/// Colour of the energy added by contact.
 const CONTACT: Color32 = Color32::from_rgb(250, 205, 90);
 
-/// The curves of a run: that of supplied energy where solids, wind or elements supplied some.
+/// Returns the curves of a run, with supplied energy only if solids, wind or elements supply any.
 fn curves(session: &Session) -> impl Iterator<Item = Curve> {
     let is_driven = session.trace().samples().any(|sample| sample.energy.supplied != 0.0);
     CURVES.into_iter().filter(move |&(name, ..)| is_driven || name != "supplied")
 }
 
-/// The bar, the plot and its legend with the current values.
+/// Shows the bar, the plot and its legend with the current values.
 pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
     heading(ui, "Energy");
     let session = &viewer.session;
@@ -43,7 +43,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
         for (name, colour, value) in curves(session) {
-            // Space that does not break: a name and its number stay together.
+            // A no-break space keeps a name and its number together.
             let value = session.energy().map(|energy| short(value(&energy) / scale));
             let text = format!("{name}\u{a0}{}", value.as_deref().unwrap_or(theme::VOID));
             let label = ui.label(RichText::new(text).small().color(colour));
@@ -56,7 +56,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
     errors(ui, session);
 }
 
-/// What the method and contact got wrong.
+/// Shows the energy errors of the method and of contact.
 fn errors(ui: &mut Ui, session: &Session) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
@@ -91,11 +91,11 @@ fn plot(ui: &mut Ui, session: &Session, (unit, scale): (&'static str, f64)) {
         });
 }
 
-/// A part of the bar: its name, its colour, and how much it is, joules.
+/// A part of the bar: name, colour, and energy, joules.
 type Part = (&'static str, Color32, f64);
 
-/// Where the energy is: parts of a bar, gravity above its lowest and what was dissipated since the
-/// start of the plot, and what was added by error.
+/// Returns the parts of the bar: gravity above its minimum, dissipation since the start of the
+/// plot, and the energy errors.
 fn parts(session: &Session) -> Option<Vec<Part>> {
     let held = session.trace().held(session.energy()?);
     let [kinetic, elastic, gravity, dissipated, ..] =
@@ -105,11 +105,11 @@ fn parts(session: &Session) -> Option<Vec<Part>> {
     Some(vec![kinetic, elastic, gravity, dissipated, contact, method])
 }
 
-/// Where the parts begin and end, as shares of a bar that is full at `most` joules: side by side;
-/// what was added by error is part of the others and lies over their end.
+/// Returns start and end of the parts as shares of a bar that is full at `most` joules. They stand
+/// side by side; the energy errors are included in the others and cover their end.
 ///
-/// Not as shares of what is there now: beside the little of a body that rests, what was ever added
-/// would be all.
+/// Not as shares of the current energy: a body at rest has little left, so that earlier errors
+/// would fill the bar.
 fn shares(parts: &[Part], most: f64) -> Vec<[f64; 2]> {
     let share = |part: &Part| (part.2 / most).clamp(0.0, 1.0);
     let (held, wrong) = parts.split_at(4);
@@ -129,7 +129,7 @@ fn shares(parts: &[Part], most: f64) -> Vec<[f64; 2]> {
     shares
 }
 
-/// The parts in a bar that is full at the most energy that there was in the run.
+/// Draws the parts in a bar that is full at the maximum energy of the run.
 fn bar(ui: &mut Ui, session: &Session) {
     let (whole, response) =
         ui.allocate_exact_size(vec2(ui.available_width(), 14.0), Sense::hover());
@@ -156,7 +156,7 @@ fn bar(ui: &mut Ui, session: &Session) {
     });
 }
 
-/// With a fixed number of decimals, so that the legend keeps still while it runs.
+/// Formats a value with fixed decimals, so that the legend does not move during a run.
 fn short(value: f64) -> String {
     if value.abs() < 1e5 { format!("{value:.1}") } else { format!("{value:.1e}") }
 }
@@ -165,7 +165,7 @@ fn magnitude(sample: &Sample) -> f64 {
     CURVES.iter().map(|(_, _, value)| value(&sample.energy).abs()).fold(0.0, f64::max)
 }
 
-/// The unit in which a value has at most four digits before the point, and that unit in joules.
+/// Returns the unit in which a value has at most four integer digits, and its size in joules.
 fn unit(largest: f64) -> (&'static str, f64) {
     let units = [("mJ", 1e-3), ("J", 1.0), ("kJ", 1e3), ("MJ", 1e6), ("GJ", 1e9)];
     let fits = |&&(_, scale): &&(&str, f64)| largest < 2e3 * scale;
@@ -202,7 +202,7 @@ mod tests {
             assert!(parts.iter().all(|part| 0.0 <= part.2), "{parts:?}");
             let held: f64 = parts[..4].iter().map(|part| part.2).sum();
             let total = session.energy().expect("read").total() - first.dissipated;
-            // Sums in another order.
+            // The sums differ in their order.
             let off = (held + lowest(&session) - total).abs();
             assert!(off <= 1e-9 * total.abs().max(held), "{held} {total}");
         }
@@ -219,10 +219,10 @@ mod tests {
         let near = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-12;
         assert!(near(moving[3], [0.6, 0.8]), "{moving:?}");
         assert!(near(moving[4], [0.7, 0.74]) && near(moving[5], [0.74, 0.8]), "{moving:?}");
-        // At rest, with less left than was added: as wide as in motion, not the whole bar.
+        // At rest, with less left than the errors: as wide as in motion, not the whole bar.
         let resting = shares(&joules([1e-9, 0.0, 0.0, 0.0, 4.0, 6.0]), 100.0);
         assert!(near(resting[4], [0.0, 0.04]) && near(resting[5], [0.04, 0.1]), "{resting:?}");
-        // Nor does it leave the bar where there is more than there ever was.
+        // Nor do they leave the bar if there is more than the previous maximum.
         let beyond = shares(&joules([60.0, 60.0, 0.0, 0.0, 80.0, 900.0]), 100.0);
         assert!(beyond.iter().flatten().all(|share| (0.0..=1.0).contains(share)), "{beyond:?}");
     }
@@ -232,7 +232,7 @@ mod tests {
         let loaded = msd_scene::open("mattress").expect("a built-in scene");
         let mut session = Session::new(loaded).expect("a valid scene");
         session.advance(0.0, &|| 0.0);
-        // It falls for a second; by then the plot has only its rest.
+        // It falls for a second; later the plot contains only the rest.
         for _ in 0..60 * 20 {
             session.advance(FRAME + 1e-9, &|| 0.0);
         }

@@ -8,23 +8,23 @@ use msd_render::Quantity;
 use msd_run::on;
 use msd_study::quantity::{estimate, rounded};
 
-/// How long an estimate counts as fresh, simulated seconds.
+/// Age up to which an estimate counts as fresh, simulated seconds.
 const FRESH: f64 = 4.0;
 
-/// Height of the estimate in words, three lines at most, points.
+/// Height of the text, at most three lines, points.
 const HEIGHT: f32 = 44.0;
 
-/// How it is estimated.
+/// Explanation of the estimate.
 const METHOD: &str = "For half a second at a time a copy of the run goes along in double \
     precision, with twice the substeps (of an adaptive method: at a hundredth of the tolerance). \
     How far apart the two are at the end is the error made in that time (step doubling). It costs \
     about three quarters as much as the run itself. In nine of ten windows of built-in and \
     generated scenes the true error is between a third of it and three times as much \
     (docs/measured/trade.md).";
-/// The factor within which nine of ten estimates are right.
+/// Factor within which nine of ten estimates are correct.
 const BAND: f64 = 3.0;
 
-/// The switch, and the last estimate.
+/// Shows the switch, and the last estimate.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let mut on = viewer.session.error().is_some();
     ui.horizontal(|ui| {
@@ -45,7 +45,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     if !on {
         return;
     }
-    // As high as it ever gets: what is below stays under the pointer while texts come and go.
+    // At full height: the controls below must not move when the text changes.
     ui.allocate_ui(vec2(ui.available_width(), HEIGHT), |ui| {
         ui.set_min_height(HEIGHT);
         if let Some((text, colour)) = describe(&viewer.session) {
@@ -54,7 +54,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     });
 }
 
-/// The estimate in words; `None` while it is off.
+/// Describes the estimate; `None` while it is off.
 fn describe(session: &Session) -> Option<(String, Color32)> {
     let last = match session.error()? {
         ErrorNow::Measuring => return Some(("measuring…".to_owned(), theme::FAINT)),
@@ -68,17 +68,17 @@ fn describe(session: &Session) -> Option<(String, Color32)> {
     Some((sentence(last, size), colour))
 }
 
-/// Whether an estimate is of about now.
+/// Returns whether an estimate is recent.
 pub(super) fn is_fresh(session: &Session, reading: &ErrorReading) -> bool {
     session.runner().time() - reading.error.at <= FRESH
 }
 
-/// An estimate in words, for a scene of a size in metres.
+/// Describes an estimate; `size` is that of the scene, metres.
 fn sentence(reading: &ErrorReading, size: f64) -> String {
     let (particle, error) = reading.worst;
     let over = rounded(reading.error.over, 2);
     if error == 0.0 {
-        // As of a scene at rest, or of an adaptive method whose substeps fill whole steps.
+        // As in a scene at rest, or with an adaptive method whose substeps fill whole steps.
         return format!(
             "error over the last {over} s: too small to see, the copy ended at the same place"
         );
@@ -100,7 +100,7 @@ fn sentence(reading: &ErrorReading, size: f64) -> String {
     )
 }
 
-/// A part of a whole, as a percentage while that has few zeros.
+/// Formats a fraction, as a percentage unless that has many zeros.
 fn share(part: f64) -> String {
     if part < 1e-5 { rounded(part, 2) } else { format!("{} %", rounded(100.0 * part, 2)) }
 }

@@ -1,5 +1,5 @@
-//! The panels: scenes and toggles on the left, numbers on the right, a status line below, and the
-//! 3D view between them.
+//! The panels: scenes and view options on the left, numbers on the right, a status line below, and
+//! the 3D view between them.
 
 pub mod theme;
 mod axes;
@@ -34,13 +34,12 @@ pub(crate) use sheet::LEAST;
 const LEFT: f32 = 158.0;
 /// Width of the right panel, points.
 const RIGHT: f32 = 292.0;
-/// Between two rows of a panel, height of a row, and over and under the words of a button,
-/// points.
+/// Gap between two rows of a panel, height of a row, and vertical padding of a button, points.
 const TIGHT: (f32, f32, f32) = (3.0, 18.0, 1.0);
-/// Width of the names of sliders and choices, points.
+/// Width of the labels of sliders and choices, points.
 const COLUMN: f32 = 70.0;
 
-/// Lays out everything, and lets widgets act on the viewer.
+/// Lays out all widgets, which act on the viewer.
 pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let is_small = sheet::is_small(ui.available_size());
     theme::fit(ui.ctx(), is_small || viewer.layout.by_touch);
@@ -49,7 +48,7 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
         view(ui, viewer);
         return overlay::show(ui, viewer);
     }
-    // What fades at the edge of a list fades into this, which is to be of the theme therefore.
+    // The edge of a list fades into this colour, so it must be that of the theme.
     let paper = Frame::new().fill(ui.visuals().panel_fill);
     let frame = paper.inner_margin(10.0);
     let line = paper.inner_margin(egui::Margin::symmetric(10, 5));
@@ -94,8 +93,8 @@ fn panels(ui: &mut Ui, viewer: &mut Viewer, frame: Frame, line: Frame) {
     trade::show(ui, viewer, frame);
 }
 
-/// Lets the panels show down to the plot of the energy in a window of 1280 x 800 points, unless
-/// fingers press what is in them.
+/// Makes the panels compact enough to show the plot of the energy in a window of 1280 x 800 points,
+/// except with touch input.
 fn tighten(ui: &mut Ui, viewer: &Viewer) {
     if !viewer.layout.by_touch {
         let spacing = ui.spacing_mut();
@@ -103,13 +102,13 @@ fn tighten(ui: &mut Ui, viewer: &Viewer) {
     }
 }
 
-/// The 3D view as a widget: egui decides which presses are its own, for
+/// Shows the 3D view as a widget, so that egui decides which presses belong to it, for
 /// [`crate::input::read_pointer`].
 fn view(ui: &mut Ui, viewer: &mut Viewer) {
     let rect = ui.available_rect_before_wrap();
     viewer.layout.rect = rect;
     viewer.frame_once();
-    // The keyboard passes it by: its keys act while no control has the keyboard.
+    // Keyboard focus skips the view: its shortcuts apply while no control has the focus.
     let view = ui.interact(rect, Viewer::view_id(), Sense::CLICK | Sense::DRAG);
     view.widget_info(|| WidgetInfo::labeled(egui::Role::Canvas, true, "View of the scene"));
     if viewer.session.is_holding() {
@@ -119,12 +118,12 @@ fn view(ui: &mut Ui, viewer: &mut Viewer) {
     }
 }
 
-/// The title of a group of widgets.
+/// Shows the title of a group of widgets.
 fn heading(ui: &mut Ui, text: &str) {
     heading_with(ui, text, |_| {});
 }
 
-/// The title of a group of widgets, with a control at its end.
+/// Shows the title of a group of widgets, with a control at its end.
 fn heading_with(ui: &mut Ui, text: &str, control: impl FnOnce(&mut Ui)) {
     ui.add_space(4.0);
     ui.horizontal(|ui| {
@@ -138,8 +137,8 @@ fn heading_with(ui: &mut Ui, text: &str, control: impl FnOnce(&mut Ui)) {
     });
 }
 
-/// Contents that scroll, and show the control that the keyboard comes to. Where that is in an
-/// area of its own, which scrolls too, that area is shown.
+/// Shows scrolling contents and scrolls to the control that gets the focus. If that is in a nested
+/// scroll area, it scrolls to this area.
 fn scroll<T>(
     ui: &mut Ui,
     area: ScrollArea,
@@ -158,7 +157,7 @@ fn scroll<T>(
             let inner = inner.filter(|(shown_in, _)| *shown_in == pass);
             let rect = inner.map_or(control.rect, |(_, area)| area);
             if ui.min_rect().contains(rect.center()) {
-                // Beyond where the contents fade.
+                // Beyond the fading edge.
                 let fade = ui.spacing().scroll.fade.size;
                 ui.scroll_to_rect(rect.expand2(vec2(0.0, fade)), None);
                 is_shown = true;
@@ -172,29 +171,29 @@ fn scroll<T>(
     output
 }
 
-/// A label and a slider beside it; the name of both is the label, and `hover` explains both.
+/// Shows a label and a slider beside it; the label names both, and `hover` explains both.
 fn slider(ui: &mut Ui, (label, hover): (&str, &str), slider: Slider<'_>) -> Response {
     ui.horizontal(|ui| {
         left_label(ui, label).on_hover_text(hover);
         let response = slider.ui(ui).on_hover_text(hover);
-        // Not by the label's id: the number beside the slider takes over only a name of its own.
+        // Not `labelled_by`: the number beside the slider inherits only a name of its own node.
         ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(label));
         response
     })
     .inner
 }
 
-/// A line of a list that is open, which closes where it is chosen.
+/// Shows an entry of an open list, which closes after a choice.
 fn listed<'a>(ui: &mut Ui, is_chosen: bool, text: impl egui::IntoAtoms<'a>) -> Response {
     let line = ui.selectable_label(is_chosen, text);
-    // By itself a list closes at the pointer, and stays at the keyboard.
+    // By default egui closes a list only after a click of the pointer.
     if line.clicked() {
         ui.close();
     }
     line
 }
 
-/// A label that starts at the left edge and takes the width of a column.
+/// Shows a label, aligned left, with the width of a column.
 fn left_label(ui: &mut Ui, text: &str) -> Response {
     let layout = Layout::left_to_right(Align::Center);
     ui.allocate_ui_with_layout(vec2(COLUMN, 18.0), layout, |ui| {

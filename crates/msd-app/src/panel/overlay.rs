@@ -1,5 +1,4 @@
-//! Overlay of the 3D view: the hint, the legend, the marks of particles and springs, what the
-//! mouse does, the help.
+//! Overlay of the 3D view: hint, legend, marks of particles and springs, mouse gestures, help.
 
 use super::live_error::is_fresh;
 use super::{theme, twin};
@@ -15,7 +14,7 @@ use msd_render::Scale;
 use msd_run::{Runner, on};
 use msd_study::quantity::estimate;
 
-/// Shows what lies over the 3D view.
+/// Shows the overlays of the 3D view.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let painter = ui.painter().with_clip_rect(viewer.layout.rect);
     match viewer.sides() {
@@ -57,7 +56,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     }
 }
 
-/// What was done last, and what was refused: where it displaces no control.
+/// Shows the last message and the last refusal, where they cover no control.
 fn notes(ui: &Ui, viewer: &Viewer) {
     let note = viewer.note.as_deref().map(|text| (text, theme::TEXT));
     let refusal = viewer.session.refusal().map(|text| (text, theme::BAD));
@@ -65,13 +64,13 @@ fn notes(ui: &Ui, viewer: &Viewer) {
     if notes.is_empty() {
         return;
     }
-    // Below the hint and the legend, above the guide.
+    // Below the hint and the legend, above the tour.
     let top = if viewer.scale().is_some() { 78.0 } else { 50.0 };
     let at = viewer.layout.rect.left_top() + vec2(8.0, top);
-    // The pointer reaches what is behind.
+    // The pointer passes through.
     let area = Area::new(Id::unique("notes")).fixed_pos(at).interactable(false);
     area.show(ui.ctx(), |ui| {
-        // On the ground of the panels, on which these colours can be read in both themes.
+        // On the panel colour, against which these colours are readable in both themes.
         let frame = Frame::new().fill(theme::PANEL).corner_radius(6.0);
         frame.inner_margin(Margin::symmetric(12, 6)).show(ui, |ui| {
             ui.set_max_width((viewer.layout.rect.width() - 60.0).max(100.0));
@@ -83,7 +82,7 @@ fn notes(ui: &Ui, viewer: &Viewer) {
     });
 }
 
-/// The place of a particle of a side in the window.
+/// Returns the position of a particle of a side in the window.
 fn place(viewer: &Viewer, side: Side, particle: usize) -> Option<Pos2> {
     let position = on!(viewer.runner_of(side), simulation => {
         let there = particle < simulation.model().particle_count();
@@ -92,7 +91,7 @@ fn place(viewer: &Viewer, side: Side, particle: usize) -> Option<Pos2> {
     viewer.viewport_of(side).project(position)
 }
 
-/// The springs that carry the fastest motion of a run that blew up.
+/// Draws the springs with the fastest motion of a diverged run.
 fn fastest_springs(painter: &Painter, viewer: &Viewer) {
     let session = &viewer.session;
     let ends = |&spring: &usize| {
@@ -108,7 +107,7 @@ fn fastest_springs(painter: &Painter, viewer: &Viewer) {
     }
 }
 
-/// Rings around the particle under the pointer, the selected one and the one most wrong.
+/// Draws rings around the hovered particle, the selected one and the one with the largest error.
 fn marks(painter: &Painter, viewer: &Viewer, side: Side) {
     let place = |particle: usize| place(viewer, side, particle);
     let ring = |particle: Option<usize>, radius: f32, colour: Color32| {
@@ -140,7 +139,7 @@ fn marks(painter: &Painter, viewer: &Viewer, side: Side) {
     ring(viewer.hand.hovered, 6.0, Color32::WHITE);
 }
 
-/// What the mouse does between press and release: a box, a cut, or the force of a grab.
+/// Draws the gesture of the mouse: a box, a cut, or the force of a grab.
 fn gesture(painter: &Painter, viewer: &Viewer) {
     let Some(gesture) = viewer.hand.gesture else { return };
     let line = Stroke::new(1.5, Color32::WHITE);
@@ -166,10 +165,10 @@ fn gesture(painter: &Painter, viewer: &Viewer) {
     }
 }
 
-/// A few words on paper, to the right of a point.
+/// Draws a short text on a dark background, to the right of a point.
 fn note(painter: &Painter, at: Pos2, text: &str, colour: Color32) {
     let text = painter.layout_no_wrap(text.to_owned(), FontId::proportional(11.0), colour);
-    // Within the picture, where the pointer is near its edge.
+    // Inside the view, even if the pointer is near its edge.
     let most = painter.clip_rect().right() - text.size().x - 6.0;
     let corner = pos2(at.x.min(most), at.y - 0.5 * text.size().y);
     paper(painter, Rect::from_min_size(corner, text.size()).expand2(vec2(5.0, 2.0)));
@@ -180,7 +179,7 @@ fn hint(painter: &Painter, viewer: &Viewer, text: &str) {
     let (rect, font) = (viewer.layout.rect, FontId::proportional(13.0));
     let width = (rect.width() - 60.0).max(100.0);
     let text = painter.layout(text.to_owned(), font, Color32::WHITE, width);
-    // The guide stands below.
+    // The tour is at the bottom.
     let top = match viewer.layout.guide {
         Some(_) => rect.top() + 14.0,
         None => rect.bottom() - 24.0 - text.size().y,
@@ -191,12 +190,12 @@ fn hint(painter: &Painter, viewer: &Viewer, text: &str) {
     painter.galley(at, text, Color32::WHITE);
 }
 
-/// What makes a text over the scene readable.
+/// Draws the dark background of a text over the scene.
 fn paper(painter: &Painter, rect: Rect) {
     painter.rect_filled(rect, 0.5 * rect.height(), Color32::from_black_alpha(150));
 }
 
-/// How each side is stepped, in its corner, and a line between the two.
+/// Draws the solver of each side in its corner, and a line between the two.
 fn captions(painter: &Painter, viewer: &Viewer) {
     for (&side, colour) in viewer.sides().iter().zip([Color32::WHITE, twin::GHOST]) {
         let text = how(viewer.runner_of(side));
@@ -210,7 +209,7 @@ fn captions(painter: &Painter, viewer: &Viewer) {
     painter.vline(viewer.layout.rect.center().x, viewer.layout.rect.y_range(), stroke);
 }
 
-/// How a run is stepped, in words.
+/// Describes the solver of a run.
 fn how(runner: &Runner) -> String {
     let Settings { integrator, substeps, tolerance, .. } = runner.settings();
     let fineness = match integrator.is_adaptive() {
@@ -221,7 +220,7 @@ fn how(runner: &Runner) -> String {
     format!("{integrator}, {fineness}, {}", runner.precision())
 }
 
-/// A scale of colours in a corner of the view.
+/// Draws a colour scale in a corner of the view.
 fn legend(painter: &Painter, view: Rect, scale: Scale) {
     let size = vec2(150.0, 10.0);
     let corner = view.left_top() + vec2(22.0, 34.0);
@@ -279,7 +278,7 @@ fn help(ui: &Ui, viewer: &mut Viewer) {
     let mut open = true;
     let window = egui::Window::new("Help").open(&mut open).collapsible(false).resizable(false);
     let window = window.pivot(Align2::CENTER_CENTER).fixed_pos(viewer.layout.rect.center());
-    // Below the title, whatever the height of the view.
+    // Below the title, for any height of the view.
     let rows = ScrollArea::vertical().max_height((viewer.layout.rect.height() - 60.0).max(60.0));
     window.show(ui.ctx(), |ui| {
         rows.show(ui, |ui| {

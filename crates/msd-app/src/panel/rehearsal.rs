@@ -1,11 +1,11 @@
-//! The panels before they are shown, piece by piece: the first layout of all of them draws their
-//! letters and, in a browser, has their code compiled, which takes too long for one frame.
+//! Hidden layout of the panels, piece by piece. The first layout rasterizes glyphs and, in a
+//! browser, compiles code, which takes too long for a single frame.
 
 use super::{energy, live_error, material, run, scenes, solver, status, timeline, trade, twin};
 use crate::viewer::Viewer;
 use egui::Ui;
 
-/// What is laid out in a frame of its own.
+/// Pieces that are laid out in one frame each.
 const PIECES: [fn(&mut Ui, &mut Viewer); 8] = [
     |ui, viewer| _ = status::show(ui, viewer),
     |ui, viewer| _ = scenes::show(ui, viewer),
@@ -23,7 +23,7 @@ const PIECES: [fn(&mut Ui, &mut Viewer); 8] = [
     |ui, viewer| _ = timeline::show(ui, viewer),
 ];
 
-/// Lays out a piece of the panels, and returns whether there was one to lay out.
+/// Lays out a piece of the panels, and returns whether it exists.
 pub fn rehearse(ui: &mut Ui, viewer: &mut Viewer, piece: usize) -> bool {
     PIECES.get(piece).map(|show| show(ui, viewer)).is_some()
 }

@@ -1,9 +1,9 @@
-//! The title of the scene and the transport: pause, steps, restart, speed, recording.
+//! The title of the scene and the transport controls: pause, steps, restart, speed, recording.
 
 use crate::viewer::{Command, Viewer};
 use egui::{Button, ComboBox, Label, RichText, Ui};
 
-/// Speeds to choose from, simulated seconds per second: fewer steps per second, not other steps.
+/// Available speeds, simulated seconds per second: they change the rate of steps, not the steps.
 const SPEEDS: [(f64, &str); 9] = [
     (f64::INFINITY, "most"),
     (4.0, "4"),
@@ -16,7 +16,7 @@ const SPEEDS: [(f64, &str); 9] = [
     (0.01, "1/100"),
 ];
 
-/// The title of the scene and the transport.
+/// Shows the title of the scene and the transport controls.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     ui.horizontal(|ui| {
         let loaded = viewer.session.loaded();
@@ -30,7 +30,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     recording(ui, viewer);
 }
 
-/// Pause, steps and restart; the bar of a page has these, and its timeline goes back.
+/// Shows pause, steps and restart; on an embedded page its own bar and the timeline replace these.
 fn transport(ui: &mut Ui, viewer: &mut Viewer) {
     ui.horizontal(|ui| {
         let height = ui.spacing().interact_size.y.max(26.0);

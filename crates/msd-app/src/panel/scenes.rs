@@ -1,18 +1,17 @@
-//! The left panel: the list of scenes, what a drag does, what is drawn, the camera, the selected
-//! particle.
+//! The left panel: list of scenes, drag tools, view options, camera, selected particle.
 
 use super::heading;
 use crate::viewer::{Command, Tool, Viewer};
 use egui::{Button, Checkbox, ComboBox, Id, RichText, ScrollArea, Ui, WidgetInfo};
 use msd_render::{Quality, Quantity};
 
-/// The left panel.
+/// Shows the left panel.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     list(ui, viewer);
     view(ui, viewer);
 }
 
-/// What is below the list.
+/// Shows the part below the list.
 pub(super) fn view(ui: &mut Ui, viewer: &mut Viewer) {
     tools(ui, viewer);
     toggles(ui, viewer);
@@ -24,7 +23,7 @@ pub(super) fn view(ui: &mut Ui, viewer: &mut Viewer) {
     particle(ui, viewer);
 }
 
-/// Scenes that are in sight at once; the others are scrolled to.
+/// Number of visible scenes; the list scrolls to the others.
 const ROWS: f32 = 11.0;
 
 fn list(ui: &mut Ui, viewer: &mut Viewer) {
@@ -33,9 +32,9 @@ fn list(ui: &mut Ui, viewer: &mut Viewer) {
     ui.spacing_mut().item_spacing.y = 1.0;
     let gap = ui.spacing().item_spacing.y;
     let row = ui.spacing().interact_size.y + gap;
-    // Whole rows: the scroll bar, which is always seen, shows that there are more.
+    // Whole rows: the permanent scroll bar shows that there are more.
     let area = ScrollArea::vertical().id_salt("list").max_height(ROWS * row - gap);
-    // The scene that runs comes into sight once: the list may be scrolled on from there.
+    // Scrolls to the current scene only once, so that the user can scroll on.
     let key = Id::unique("scene in sight");
     let current = Some(viewer.current());
     let is_new = ui.data(|data| data.get_temp(key)) != current;
@@ -55,10 +54,10 @@ fn list(ui: &mut Ui, viewer: &mut Viewer) {
             }
         }
     });
-    // The scene of a file or a mesh stays within reach.
+    // The scene of a file or a mesh stays accessible.
     let mut back = false;
     if let Some(opened) = viewer.opened() {
-        // By the name of its file: a built-in scene may have the name of the scene.
+        // By file name: the scene itself may have the name of a built-in scene.
         let file = opened.files.first().and_then(|file| file.file_name());
         let name = file.map_or((&*opened.name).into(), |file| file.to_string_lossy());
         let button = Button::selectable(viewer.current().is_none(), name)
@@ -79,7 +78,7 @@ fn list(ui: &mut Ui, viewer: &mut Viewer) {
     }
 }
 
-/// What a drag with the left button does.
+/// Shows the tools for a drag with the left button.
 fn tools(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Drag to");
     const TOOLS: [(Tool, &str, &str); 3] = [
@@ -107,7 +106,7 @@ fn tools(ui: &mut Ui, viewer: &mut Viewer) {
 fn toggles(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Show");
     let style = &mut viewer.style;
-    // A picture that may cost little has none.
+    // Reduced graphics draw no grid.
     let has_grid = viewer.quality == Quality::Full;
     ui.horizontal(|ui| {
         ui.checkbox(&mut style.surfaces, "Surface");
@@ -131,7 +130,7 @@ fn toggles(ui: &mut Ui, viewer: &mut Viewer) {
     colours(ui, viewer);
 }
 
-/// What colours stand for.
+/// Shows the choice of the quantity that colours represent.
 fn colours(ui: &mut Ui, viewer: &mut Viewer) {
     let now = viewer.style.colour_by;
     let text = |quantity: Option<Quantity>| quantity.map_or("body", Quantity::name);
@@ -154,7 +153,7 @@ fn colours(ui: &mut Ui, viewer: &mut Viewer) {
     });
 }
 
-/// What the colours are then.
+/// Explains the colours.
 fn meaning(quantity: Option<Quantity>) -> &'static str {
     match quantity {
         None => "Bodies have their own colours",
@@ -183,7 +182,7 @@ fn camera(ui: &mut Ui, viewer: &mut Viewer) {
     }
 }
 
-/// What is kept of this.
+/// Shows the buttons for saving.
 fn keep(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Keep");
     const KEEP: [(&str, Command, &str); 3] = [
@@ -201,7 +200,7 @@ fn keep(ui: &mut Ui, viewer: &mut Viewer) {
     }
 }
 
-/// A film of the last seconds, or how far one is.
+/// Shows the film of the last seconds, or its progress.
 #[cfg(not(target_arch = "wasm32"))]
 fn film(ui: &mut Ui, viewer: &mut Viewer) {
     use crate::viewer::FilmFormat::{Mp4, Png, WebP};
@@ -233,7 +232,7 @@ fn film(ui: &mut Ui, viewer: &mut Viewer) {
     });
 }
 
-/// How the window itself looks.
+/// Shows the options of the window itself.
 fn window(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Window");
     let light = ui.checkbox(&mut viewer.layout.light, "Light");

@@ -1,18 +1,18 @@
-//! The panels of a small screen, one at a time: below the view, or beside it where that is wide.
+//! The panels of a small screen, one at a time: below the view, or beside it in landscape.
 
 use super::{RIGHT, energy, live_error, material, run, scenes, scroll, solver, status, theme};
 use super::{timeline, trade, twin};
 use crate::viewer::Viewer;
 use egui::{Button, Frame, Panel, ScrollArea, Ui, Vec2, vec2};
 
-/// A smaller window has no room for all panels, points: the least that a desktop lets it be.
+/// Least size of a window for all panels, points; also the minimum size of a desktop window.
 pub(crate) const LEAST: Vec2 = vec2(640.0, 400.0);
-/// The part of the height that a sheet below the view takes.
+/// Share of the height for a sheet below the view.
 const HEIGHT: f32 = 0.45;
 /// Width of a sheet beside the view, points.
 const WIDTH: f32 = 320.0;
 
-/// A panel: the word of its tab, and what lays it out.
+/// A panel: the label of its tab, and its layout.
 type Sheet = (&'static str, fn(&mut Ui, &mut Viewer));
 
 /// All panels, in the order of their tabs.
@@ -32,18 +32,18 @@ const SHEETS: [Sheet; 5] = [
     }),
     ("Energy", |ui, viewer| energy::show(ui, viewer)),
     ("View", |ui, viewer| match viewer.layout.in_page {
-        // The bar has a list of scenes.
+        // The bar of the page has a list of scenes.
         true => scenes::view(ui, viewer),
         false => scenes::show(ui, viewer),
     }),
 ];
 
-/// Whether a window of this size has room for one panel alone.
+/// Returns whether a window of this size has space for a single panel only.
 pub(super) fn is_small(size: Vec2) -> bool {
     size.x < LEAST.x || size.y < LEAST.y
 }
 
-/// The panel that is chosen, below the tabs of all.
+/// Shows the selected panel, below the tabs of all.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer, frame: Frame) {
     let size = ui.available_size();
     let panel = match size.y < size.x {
@@ -55,7 +55,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer, frame: Frame) {
         let (name, contents) = SHEETS[viewer.layout.sheet];
         let area = ScrollArea::vertical().id_salt(name).auto_shrink([false, false]);
         scroll(ui, area, |ui| {
-            // What it is wider than the panel of a desktop.
+            // The width beyond that of a desktop panel.
             ui.spacing_mut().slider_width += (ui.available_width() - RIGHT).max(0.0);
             contents(ui, viewer);
         });

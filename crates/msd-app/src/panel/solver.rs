@@ -15,17 +15,17 @@ use std::ops::RangeInclusive;
 
 /// Bounds of the tolerance slider, as fractions of the size of the scene.
 const TOLERANCES: RangeInclusive<f64> = 1e-10..=1e-1;
-/// Bounds of the slider of Newton iterations: more have never been seen to help.
+/// Bounds of the slider of Newton iterations: in no known case do more of them help.
 const NEWTON: RangeInclusive<u32> = 1..=10;
 
-/// The part of the longest stable substep from which on the meter is amber.
+/// Share of the longest stable substep where the meter turns amber.
 const AMBER: f64 = 0.8;
-/// What the meter shows at its full length, as a part of the longest stable substep.
+/// Full length of the meter, as a share of the longest stable substep.
 const FULL: f64 = 1.25;
 /// Height of the meter, points.
 const METER: f32 = 8.0;
 
-/// Method, what it is set by, precision and the stability light.
+/// Shows method, substeps or tolerance, precision and the stability light.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Solver");
     let session = &mut viewer.session;
@@ -166,8 +166,8 @@ fn stability_light(ui: &mut Ui, session: &Session) {
     }
 }
 
-/// The substep on a scale on which the limit is at four fifths, with marks where amber and red
-/// begin; empty while it is being worked out.
+/// Draws the substep on a scale with the limit at four fifths, with marks where amber and red
+/// begin; empty until there is a prediction.
 fn meter(ui: &mut Ui, share: Option<f64>, (colour, warns): (Color32, f64)) -> Response {
     let (rect, response) =
         ui.allocate_exact_size(vec2(ui.available_width(), METER), Sense::hover());
@@ -184,8 +184,8 @@ fn meter(ui: &mut Ui, share: Option<f64>, (colour, warns): (Color32, f64)) -> Re
     response
 }
 
-/// What takes the substep to where the meter is green. The limit goes with the root of mass over
-/// stiffness where springs set it, and with mass over damping where dampers do.
+/// Returns advice on how to make the meter green. The limit is proportional to the root of mass
+/// over stiffness if springs set it, and to mass over damping if dampers do.
 fn advice(settings: Settings, share: f64) -> String {
     if share <= AMBER {
         return String::new();
@@ -205,18 +205,18 @@ fn advice(settings: Settings, share: f64) -> String {
     )
 }
 
-/// The part of the longest stable substep from which on it is amber: automatic substeps are meant
-/// to be near it.
+/// Returns the share of the longest stable substep where the meter turns amber: automatic substeps
+/// should be close to the limit.
 fn warns(session: &Session) -> f64 {
     if session.runner().is_automatic() { 1.0 } else { AMBER }
 }
 
-/// The substep of a session as a share of the longest stable one, in words, and the colour of that.
+/// Describes the substep of a session relative to the longest stable one, and returns a colour.
 pub(super) fn light(session: &Session) -> (String, Color32) {
     describe(session.stability().map(|(share, _)| share), warns(session))
 }
 
-/// A substep as a share of the longest stable one, in words, and amber from a share on.
+/// Describes a substep relative to the longest stable one; `warns` is where amber begins.
 fn describe(share: Option<f64>, warns: f64) -> (String, Color32) {
     let Some(share) = share else { return ("working it out…".to_owned(), theme::FAINT) };
     let colour = match share {

@@ -1,5 +1,5 @@
-//! The status line: pace, cost of a step, size of the scene, simulated time. And the main numbers
-//! in short, below a panel that is longer than the window.
+//! The status line: pace, cost of a step, size of the scene, simulated time; and a summary below a
+//! panel that is longer than the window.
 
 use super::live_error::is_fresh;
 use super::{solver, theme};
@@ -12,7 +12,7 @@ use msd_run::Kind;
 use msd_study::quantity::{estimate, quantity};
 use msd_study::space::Verdict;
 
-/// The status line.
+/// Shows the status line.
 pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
     let session = &viewer.session;
     let pace = session.pace();
@@ -67,7 +67,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
     });
 }
 
-/// What went wrong in the run, with what to do about it.
+/// Shows the findings in the run, with advice.
 fn findings(ui: &mut Ui, session: &Session) {
     for finding in session.findings() {
         let colour = match finding.kind {
@@ -81,8 +81,7 @@ fn findings(ui: &mut Ui, session: &Session) {
     }
 }
 
-/// Contents that scroll; where they are longer than the room for them, the numbers stay in sight
-/// below them.
+/// Shows scrolling contents; if they do not fit, the main numbers stay visible below.
 pub(super) fn scrolled(ui: &mut Ui, viewer: &mut Viewer, show: impl FnOnce(&mut Ui, &mut Viewer)) {
     let room = ui.available_height();
     if viewer.layout.is_folded {
@@ -90,7 +89,7 @@ pub(super) fn scrolled(ui: &mut Ui, viewer: &mut Viewer, show: impl FnOnce(&mut 
         let panel = Panel::bottom("summary").resizable(false).frame(frame);
         panel.show(ui, |ui| main_numbers(ui, &viewer.session));
     } else {
-        // As many as the panel takes: what is above keeps its name, and a drag goes on.
+        // As many ids as the panel takes: widgets above keep theirs, so that a drag continues.
         ui.skip_ahead_auto_ids(1);
     }
     let area = ScrollArea::vertical().id_salt("right").auto_shrink([false, false]);
@@ -102,12 +101,12 @@ pub(super) fn scrolled(ui: &mut Ui, viewer: &mut Viewer, show: impl FnOnce(&mut 
     }
 }
 
-/// The stable substep, the error, the distance of the twin and the energy.
+/// Shows the stable substep, the error, the distance of the twin and the energy.
 fn main_numbers(ui: &mut Ui, session: &Session) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
         let mut item = |text: String, colour| {
-            // A name and its number stay together.
+            // A name and its number stay on one line.
             ui.label(RichText::new(text.replace(' ', "\u{a0}")).small().color(colour));
         };
         if !session.runner().integrator().is_adaptive() {
@@ -144,7 +143,7 @@ fn error_words(error: ErrorNow<'_>) -> String {
     }
 }
 
-/// The errors of time and space that are known, in words.
+/// Describes the known errors of time and space.
 fn errors(session: &Session) -> Option<String> {
     let time = match session.error() {
         Some(ErrorNow::Known(reading)) if is_fresh(session, reading) => {
@@ -163,12 +162,12 @@ fn errors(session: &Session) -> Option<String> {
     (!known.is_empty()).then(|| format!("error: {}", known.join(", ")))
 }
 
-/// The pace in words: nothing where it is not measured.
+/// Describes the pace; a placeholder if it is not measured.
 fn state(paused: bool, factor: Option<f64>, speed: f64) -> (String, Color32) {
     match factor {
         _ if paused => ("paused".to_owned(), theme::WARN),
         None => (format!("{} × real time", theme::VOID), theme::FAINT),
-        // A tenth below what was asked for is noise of the frame rate.
+        // A tenth below the target is noise of the frame rate.
         Some(factor) => {
             let is_late = speed.is_finite() && factor < 0.9 * speed;
             let colour = if is_late { theme::WARN } else { theme::GOOD };
@@ -177,7 +176,7 @@ fn state(paused: bool, factor: Option<f64>, speed: f64) -> (String, Color32) {
     }
 }
 
-/// A number with narrow spaces between groups of three digits.
+/// Formats a number with narrow spaces between groups of three digits.
 fn grouped(number: usize) -> String {
     let digits = number.to_string();
     let mut text = String::new();

@@ -3,25 +3,25 @@
 use egui::epaint::{Shape, shape_transform::adjust_colors};
 use egui::{Color32, Context, CornerRadius, FontFamily, FontId, Stroke, TextStyle, Theme, vec2};
 
-/// Behind the panels.
+/// Background of the panels.
 pub const PANEL: Color32 = Color32::from_rgb(27, 30, 37);
-/// Behind fields and buttons.
+/// Background of fields and buttons.
 pub const FIELD: Color32 = Color32::from_rgb(43, 48, 58);
 /// Lines between parts.
 pub const LINE: Color32 = Color32::from_rgb(55, 61, 73);
 /// Ordinary text.
 pub const TEXT: Color32 = Color32::from_rgb(205, 211, 222);
-/// Text of less weight.
+/// Secondary text.
 pub const FAINT: Color32 = Color32::from_rgb(138, 147, 163);
-/// What is chosen.
+/// Selection.
 pub const ACCENT: Color32 = Color32::from_rgb(64, 132, 214);
-/// What is chosen in light panels, with dark words on it.
+/// Selection in light panels, below dark text.
 const PALE: Color32 = Color32::from_rgb(146, 190, 244);
-/// What goes well.
+/// A value within its limits.
 pub const GOOD: Color32 = Color32::from_rgb(110, 196, 132);
-/// What needs attention.
+/// A value that needs attention.
 pub const WARN: Color32 = Color32::from_rgb(240, 180, 80);
-/// What went wrong.
+/// An error.
 pub const BAD: Color32 = Color32::from_rgb(240, 110, 100);
 
 /// Height of a control that a pointer presses, points.
@@ -29,13 +29,13 @@ const POINTER: f32 = 20.0;
 /// Height of a control that a finger presses, points.
 pub const FINGER: f32 = 44.0;
 
-/// What stands in place of a number that is being worked out.
+/// Placeholder for a number that is being computed.
 pub const VOID: &str = "…";
 
-/// Behind the box over a run that stopped by itself.
+/// Background of the box over a diverged run.
 pub const ALARM: Color32 = Color32::from_rgb(66, 30, 32);
 
-/// The colours above, and what stands for each of them in light panels.
+/// The colours above, and their counterparts in light panels.
 const LIGHT: [(Color32, Color32); 9] = [
     (PANEL, Color32::from_rgb(244, 245, 247)),
     (FIELD, Color32::from_rgb(224, 227, 232)),
@@ -48,20 +48,20 @@ const LIGHT: [(Color32, Color32); 9] = [
     (ALARM, Color32::from_rgb(253, 228, 226)),
 ];
 
-/// The colour that stands for one of the dark panels in light ones.
+/// Returns the counterpart of a dark colour in light panels.
 fn light(colour: Color32) -> Color32 {
     LIGHT.iter().find(|(dark, _)| *dark == colour).map_or(colour, |&(_, light)| light)
 }
 
-/// Turns what was drawn in the colours above into light.
+/// Converts a shape with the colours above to light panels.
 ///
-/// Panels name dark colours, and this alone knows that there are others. What lies over the scene
-/// is white on dark paper in both.
+/// Panels use dark colours, and only this function knows of others. Overlays of the scene are white
+/// on a dark background in both themes.
 pub fn lighten(shape: &mut Shape) {
     adjust_colors(shape, |colour| *colour = light(*colour));
 }
 
-/// Sets colours, sizes and fonts, dark at first.
+/// Sets colours, sizes and fonts; initially dark.
 pub fn apply(ctx: &Context) {
     choose(ctx, false);
     ctx.all_styles_mut(|style| {
@@ -70,7 +70,7 @@ pub fn apply(ctx: &Context) {
         style.spacing.interact_size.y = POINTER;
         style.spacing.combo_width = 150.0;
         style.spacing.slider_width = 96.0;
-        // That there is more to see shows without the pointer over it.
+        // The scroll bar is visible without the pointer over it.
         style.spacing.scroll.dormant_handle_opacity = 0.5;
         let font = |size| FontId::new(size, FontFamily::Proportional);
         style.text_styles.insert(TextStyle::Body, font(13.0));
@@ -85,7 +85,7 @@ pub fn apply(ctx: &Context) {
     }
 }
 
-/// Makes controls as high as a finger needs, or as a pointer does.
+/// Sets the height of controls for touch or pointer input.
 pub fn fit(ctx: &Context, by_touch: bool) {
     let (height, icon) = if by_touch { (FINGER, 24.0) } else { (POINTER, 14.0) };
     if ctx.global_style().spacing.interact_size.y != height {
@@ -96,7 +96,7 @@ pub fn fit(ctx: &Context, by_touch: bool) {
     }
 }
 
-/// Chooses dark or light panels, whatever the system prefers: the scene is drawn for dark ones.
+/// Sets dark or light panels, independently of the system: the scene is designed for dark ones.
 pub fn choose(ctx: &Context, light: bool) {
     ctx.set_theme(if light { Theme::Light } else { Theme::Dark });
 }
@@ -108,7 +108,7 @@ fn colour(visuals: &mut egui::Visuals, own: fn(Color32) -> Color32) {
         visuals.extreme_bg_color = Color32::from_rgb(18, 20, 25);
     }
     visuals.window_stroke = Stroke::new(1.0, own(LINE));
-    // The frame of a field that is typed into has the colour of what is selected.
+    // The frame of a focused text field has the selection colour.
     let (chosen, on_chosen) =
         if visuals.dark_mode { (ACCENT, Color32::WHITE) } else { (PALE, own(TEXT)) };
     visuals.selection.bg_fill = chosen;
@@ -129,7 +129,7 @@ fn colour(visuals: &mut egui::Visuals, own: fn(Color32) -> Color32) {
     widgets.inactive.fg_stroke.color = own(TEXT);
     widgets.inactive.bg_fill = own(FIELD);
     widgets.inactive.weak_bg_fill = own(FIELD);
-    // What has the keyboard is framed, also where it is chosen.
+    // The focused control has a frame, even if it is selected.
     widgets.active.bg_stroke = Stroke::new(2.0, on_chosen);
 }
 
@@ -137,7 +137,7 @@ fn colour(visuals: &mut egui::Visuals, own: fn(Color32) -> Color32) {
 mod tests {
     use super::*;
 
-    /// Contrast of two opaque colours by WCAG 2.1.
+    /// Returns the contrast of two opaque colours by WCAG 2.1.
     fn contrast(a: Color32, b: Color32) -> f32 {
         let luminance = |colour: Color32| {
             let [red, green, blue, _] = egui::Rgba::from(colour).to_array();
@@ -151,7 +151,7 @@ mod tests {
     fn every_word_can_be_read_in_both_themes() {
         for own in [|dark| dark, light] {
             for word in [TEXT, FAINT, GOOD, WARN, BAD] {
-                // The level AA for text of ordinary size.
+                // Level AA for text of ordinary size.
                 let found = contrast(own(word), own(PANEL));
                 assert!(4.5 <= found, "{word:?}: {found}");
             }

@@ -1,4 +1,4 @@
-//! The timeline under the picture: a slider over the last states, with marks, and undo.
+//! The timeline under the view: undo, and a slider over the recent states, with marks.
 
 use super::theme;
 use crate::session::{Mark, MarkKind};
@@ -6,7 +6,7 @@ use crate::viewer::{Command, Viewer};
 use egui::{Button, Color32, Rect, RichText, Slider, Stroke, Ui, pos2, vec2};
 use msd_study::quantity::quantity;
 
-/// Undo, the slider over the states that one can look back to, and where it stands.
+/// Shows undo, the slider over the earlier states, and its position.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     ui.horizontal(|ui| {
         undo(ui, viewer);
@@ -53,10 +53,10 @@ fn undo(ui: &mut Ui, viewer: &mut Viewer) {
     }
 }
 
-/// The marks on a slider whose left end is `whole` steps before the latest.
+/// Draws the marks on a slider with its left end `whole` steps before the latest.
 fn draw(ui: &Ui, rect: Rect, marks: &[Mark], (latest, whole): (u64, u64)) {
     let painter = ui.painter();
-    // The handle moves within the slider by its own radius.
+    // The handle stays inside the slider by its own radius.
     let track = rect.shrink2(vec2(0.4 * rect.height(), 0.0));
     for mark in marks {
         let Some(back) = latest.checked_sub(mark.step).filter(|&back| back <= whole) else {

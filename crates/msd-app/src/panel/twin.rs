@@ -1,4 +1,4 @@
-//! The twin: the same scene under other settings, as a ghost, and the distance between the two.
+//! The twin: the same scene with other settings, as a ghost, and the distance between the two.
 
 use super::axes::plot_over_time;
 use super::theme;
@@ -12,7 +12,7 @@ use msd_study::quantity::{estimate, quantity};
 
 /// The colour of the ghost and of its curve.
 pub(super) const GHOST: Color32 = Color32::from_rgb(255, 120, 220);
-/// The most particles of the ghost that are drawn, every n-th of more.
+/// Largest number of points of the ghost; of more particles it shows every n-th.
 const MOST_POINTS: usize = 4000;
 
 const HOVER: &str = "A copy of the run under another method, drawn as points over the picture or \
@@ -20,7 +20,7 @@ const HOVER: &str = "A copy of the run under another method, drawn as points ove
     All that you do happens to both. Both are at the same state where it begins, where the run is \
     stepped otherwise or goes back, and where it is restarted.";
 
-/// The button that begins a twin, while there is none.
+/// Shows the button that begins a twin, if there is none.
 pub(super) fn begin(ui: &mut Ui, viewer: &mut Viewer) {
     let session = &mut viewer.session;
     if session.twin().is_some() {
@@ -35,7 +35,7 @@ pub(super) fn begin(ui: &mut Ui, viewer: &mut Viewer) {
     }
 }
 
-/// The method of the twin, its distance and the plot of that.
+/// Shows the method of the twin, its distance and its plot.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let Some(now) = viewer.session.twin().map(Twin::settings) else { return };
     let session = &mut viewer.session;
@@ -73,7 +73,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     distance(ui, &viewer.session);
 }
 
-/// What a method is set against: explicit Euler, which has its own method to stand beside.
+/// Returns the method to compare with: explicit Euler, or Verlet for explicit Euler itself.
 fn opponent(method: Integrator) -> Integrator {
     match method {
         Integrator::ExplicitEuler => Integrator::VelocityVerlet,
@@ -81,7 +81,7 @@ fn opponent(method: Integrator) -> Integrator {
     }
 }
 
-/// The distance in words, and its plot.
+/// Shows the distance and its plot.
 fn distance(ui: &mut Ui, session: &Session) {
     let Some(twin) = session.twin() else { return };
     let apart = twin.apart();
@@ -100,7 +100,7 @@ fn distance(ui: &mut Ui, session: &Session) {
                 twin.trace().map(|apart| [apart.time, apart.rms]).collect();
             plot.line(Line::new("distance", points).color(GHOST).width(1.5));
         });
-    // In one line, so that nothing below moves where the twin fails.
+    // In one line, so that a failure of the twin does not move the controls below.
     let (text, colour) = match twin.failure() {
         Some(failure) => (failure.to_owned(), theme::BAD),
         None => ("the distance over time".to_owned(), theme::FAINT),
@@ -108,7 +108,7 @@ fn distance(ui: &mut Ui, session: &Session) {
     ui.add(Label::new(RichText::new(&text).small().color(colour)).truncate()).on_hover_text(text);
 }
 
-/// The ghost: a point at each particle of the twin, over the picture.
+/// Draws the ghost: a point at each particle of the twin, over the view.
 pub(super) fn ghost(painter: &Painter, viewer: &Viewer) {
     let Some(twin) = viewer.session.twin() else { return };
     let (positions, viewport) = (twin.positions(), viewer.viewport());

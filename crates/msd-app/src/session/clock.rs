@@ -1,53 +1,53 @@
-//! A fixed-step clock: the steps that are due in a frame, and averages of how it keeps up.
+//! A fixed-step clock: the steps due in a frame, and averages of pace and cost.
 
 use super::run::Revision;
 use std::collections::VecDeque;
 
-/// The most simulated time that may be owed, seconds. What a longer pause of the machine leaves
-/// is dropped, not caught up with.
+/// Largest debt of simulated time, seconds. The clock drops the rest, as after a long pause of the
+/// machine, instead of catching up.
 const LARGEST_DEBT: f64 = 0.25;
 
-/// The most wall-clock time that one frame may spend on steps, seconds: in a browser they share
-/// their thread with the whole page, which is to answer within 50 ms.
+/// Largest wall-clock time that one frame may spend on steps, seconds. In a browser they share
+/// their thread with the whole page, which should respond within 50 ms.
 ///
-/// A bound on time, not only on the number of steps: where a step costs more than it simulates,
-/// catching up would owe more after every frame than before it.
+/// The number of steps alone would not do. If a step costs more than it simulates, catching up
+/// would increase the debt with each frame.
 pub const BUDGET: f64 = if cfg!(target_arch = "wasm32") { 1.0 / 60.0 } else { 1.0 / 30.0 };
 
-/// How far back the averages of the status line look, seconds.
+/// Span of the averages of the status line, seconds.
 const AVERAGED: f64 = 1.0;
 
-/// How long dropped time stays on the status line, seconds.
+/// Time for which the status line shows dropped time, seconds.
 const SHOWN: f64 = 4.0;
 
-/// What one frame did.
+/// Counts and times of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Frame {
-    /// Wall-clock time since the frame before, seconds.
+    /// Wall-clock time since the previous frame, seconds.
     pub real: f64,
     /// Steps taken.
     pub steps: u32,
     /// Simulated time of those steps, seconds.
     pub simulated: f64,
-    /// Wall-clock time those steps took, seconds.
+    /// Wall-clock time of those steps, seconds.
     pub spent: f64,
-    /// Simulated time given up, seconds.
+    /// Dropped simulated time, seconds.
     pub dropped: f64,
 }
 
-/// A frame that is not over yet.
+/// A frame in progress.
 #[derive(Clone, Copy, Debug)]
 pub struct OpenFrame {
     frame: Frame,
-    /// Whether it follows a pause.
+    /// Whether it is the first frame after a pause.
     fresh: bool,
     /// Length of a step, seconds.
     step: f64,
-    /// The stopwatch at its beginning, seconds.
+    /// Stopwatch at the beginning of the frame, seconds.
     start: f64,
 }
 
-/// Averages over the last frames.
+/// Averages over recent frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pace {
     /// Simulated seconds per second of wall clock.
@@ -58,20 +58,20 @@ pub struct Pace {
     pub step_ms: f64,
     /// Frames per second.
     pub frame_rate: f64,
-    /// Simulated time dropped lately, seconds.
+    /// Recently dropped simulated time, seconds.
     pub dropped: f64,
 }
 
 /// A fixed-step clock: turns wall-clock time into whole steps and never into a longer step.
 #[derive(Clone, Debug)]
 pub struct Clock {
-    /// Simulated seconds per second, 1 for real time; infinite for as fast as it goes.
+    /// Simulated seconds per second, 1 for real time; infinite for as fast as possible.
     speed: f64,
     /// Simulated time that is due but not stepped yet, seconds.
     owed: f64,
-    /// Whether the next frame follows a pause that is not the simulation's to catch up with.
+    /// Whether the next frame follows a pause, whose time the clock does not catch up with.
     fresh: bool,
-    /// Frames of one revision of the run: what a step cost before a change says nothing.
+    /// Frames of one revision of the run: the cost of a step before a change is no longer valid.
     frames: VecDeque<Frame>,
     revision: Revision,
 }
@@ -89,39 +89,39 @@ impl Default for Clock {
 }
 
 impl Clock {
-    /// Simulated seconds per second of wall clock that are aimed at.
+    /// Returns the target speed, simulated seconds per second of wall clock.
     pub fn speed(&self) -> f64 {
         self.speed
     }
 
-    /// Chooses how fast simulated time runs; not the length of a step.
+    /// Sets the speed of simulated time, not the length of a step.
     pub fn set_speed(&mut self, speed: f64) {
         self.speed = speed;
         self.resume();
     }
 
-    /// Forgets the time up to the next frame: it was a pause.
+    /// Ignores the time up to the next frame: it was a pause.
     pub fn resume(&mut self) {
         self.fresh = true;
         self.owed = 0.0;
         self.frames.clear();
     }
 
-    /// Begins a frame, `real` seconds of wall clock after the one before.
+    /// Begins a frame, `real` seconds of wall clock after the previous one.
     ///
     /// `step` is the length of a step in seconds; `stopwatch` gives the seconds spent in this
-    /// frame. To be followed by [`Clock::takes_step`] until that says no, and by [`Clock::end`].
+    /// frame. Call [`Clock::takes_step`] until it returns false, then [`Clock::end`].
     pub fn begin(&mut self, real: f64, step: f64, stopwatch: &impl Fn() -> f64) -> OpenFrame {
         let fresh = std::mem::take(&mut self.fresh);
         let is_bounded = self.speed.is_finite();
         self.owed += match fresh {
             true => 0.0,
             false if is_bounded => real.max(0.0) * self.speed,
-            // The budget alone ends the frame.
+            // Only the budget ends the frame.
             false => f64::INFINITY,
         };
-        // After the scaling: a bound on wall-clock time alone would let fast motion burst. A step
-        // longer than the bound must still become due.
+        // After the scaling: a limit on wall-clock time alone would allow bursts at high speeds. A
+        // step longer than the limit must still become due.
         let largest = LARGEST_DEBT.max(2.0 * step);
         let dropped = if is_bounded { (self.owed - largest).max(0.0) } else { 0.0 };
         self.owed -= dropped;
@@ -133,7 +133,7 @@ impl Clock {
         }
     }
 
-    /// Whether another step is due and the budget allows it; that step is owed no longer.
+    /// Returns whether another step is due and within the budget, and takes it off the debt.
     pub fn takes_step(&mut self, open: &mut OpenFrame, stopwatch: &impl Fn() -> f64) -> bool {
         let step = open.step;
         if self.owed < step {
@@ -153,7 +153,7 @@ impl Clock {
         true
     }
 
-    /// Ends a frame in which so many steps of a revision of the run were taken.
+    /// Ends a frame with its number of steps and the revision of the run.
     pub fn end(
         &mut self,
         open: OpenFrame,
@@ -168,7 +168,7 @@ impl Clock {
             self.frames.clear();
             self.revision = revision;
         }
-        // The time before a first frame is nothing to average.
+        // The time before a first frame does not belong to the averages.
         if !fresh {
             self.frames.push_back(frame);
             let mut span: f64 = self.frames.iter().map(|frame| frame.real).sum();
@@ -179,8 +179,8 @@ impl Clock {
         frame
     }
 
-    /// Averages over about the last second, dropped time over the last four; `None` before a frame
-    /// of this revision of the run.
+    /// Returns averages over about the last second, and dropped time over the last four; `None`
+    /// before the first frame of this revision of the run.
     pub fn pace(&self, revision: Revision) -> Option<Pace> {
         if self.revision != revision || self.frames.is_empty() {
             return None;
@@ -248,7 +248,7 @@ mod tests {
     fn steps_follow_the_wall_clock_whatever_the_frame_rate() {
         for rate in [24.0, 60.0, 144.0] {
             let steps = run(&mut started(), rate as usize * 10, 1.0 / rate, 0.0);
-            // Whole steps only: the last one may still be owed.
+            // Whole steps only: the last one may still be due.
             assert!((599..=600).contains(&steps), "{steps} steps at {rate} frames per second");
         }
     }
@@ -276,7 +276,7 @@ mod tests {
         clock.set_speed(f64::INFINITY);
         run(&mut clock, 1, STEP, 0.001);
         let steps = run(&mut clock, 100, 0.04, 0.001);
-        // A step of 1 ms: as many as begin within the budget.
+        // A step of 1 ms: all that begin within the budget.
         let most = (BUDGET / 0.001).ceil() as u32;
         assert!((most..=most + 1).contains(&(steps / 100)), "{steps}");
         assert_eq!(known(&clock).dropped, 0.0);

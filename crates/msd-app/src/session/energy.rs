@@ -1,4 +1,4 @@
-//! Energy readings: the trace of the last seconds, and what contact has added.
+//! Energy readings: samples of the last seconds, and energy added by contact.
 
 use super::clock::Frame;
 use super::run::{Reading, Revision, Run};
@@ -7,7 +7,7 @@ use super::trace::Trace;
 use msd_core::Energy;
 use msd_run::Watch;
 
-/// What is known of the energy of a run. Reading it costs time, so it takes a bounded share.
+/// The energy readings of a run. They cost time, so they take a bounded share.
 #[derive(Debug, Default)]
 pub struct EnergyReadings {
     trace: Trace,
@@ -15,28 +15,28 @@ pub struct EnergyReadings {
     throttle: Throttle,
 }
 
-/// The energy when it was read last.
+/// The energy at the last reading.
 #[derive(Clone, Copy, Debug)]
 struct Balance {
     energy: Energy,
-    /// Energy that contact had added when the run was changed last, and has added by now, joules.
+    /// Energy added by contact, at the last change of the run and at the last reading, joules.
     contact: [f64; 2],
 }
 
 impl EnergyReadings {
-    /// The energy of the last seconds, each sample with what was set then.
+    /// Returns the energy samples of the last seconds.
     pub fn trace(&self) -> &Trace {
         &self.trace
     }
 
-    /// The energy as it was read last, a fraction of a second ago at most while it runs; `None`
-    /// while it is being worked out.
+    /// Returns the energy at the last reading, at most a fraction of a second ago during a run;
+    /// `None` until a new one after a change.
     pub fn now(&self, run: &Run) -> Option<Energy> {
         self.known(run).map(|balance| balance.energy)
     }
 
-    /// Energy that contact has added since the run was changed last, by its own account, joules:
-    /// an error that a shorter substep lowers; `None` while it is being worked out.
+    /// Returns the energy that contact has added since the last change of the run, joules: an error
+    /// that shorter substeps reduce. `None` until a new reading.
     pub fn added_by_contact(&self, run: &Run) -> Option<f64> {
         self.known(run).map(|Balance { contact: [before, now], .. }| now - before)
     }
@@ -45,15 +45,15 @@ impl EnergyReadings {
         self.last.as_ref()?.of(run)
     }
 
-    /// Keeps what was known at a revision, after which the run changed its own substeps alone: the
-    /// same state has the same energy, and what a method adds it adds with any of them.
+    /// Keeps the readings of a revision if the run then changed only its own substeps. The same
+    /// state has the same energy, and errors of the method go on accumulating.
     pub(super) fn carry_over(&mut self, from: Revision, run: &Run) {
         if let Some(last) = &mut self.last {
             last.carry_over(from, run);
         }
     }
 
-    /// Reads the energy now.
+    /// Reads the energy now and adds it to the trace.
     pub(super) fn sample(&mut self, watched: (&Run, &mut Watch)) {
         let time = watched.0.runner().time();
         let energy = self.read(watched);
@@ -61,7 +61,7 @@ impl EnergyReadings {
     }
 
     fn read(&mut self, (run, watch): (&Run, &mut Watch)) -> Energy {
-        // Gusts add energy: the watch knows nothing of what was before.
+        // Gusts add energy, so the watch must not compare with earlier readings.
         if run.is_driven() {
             watch.forget_energy();
         }
@@ -72,7 +72,7 @@ impl EnergyReadings {
         energy
     }
 
-    /// Reads the energy after the steps of a frame, or after a change, if that is affordable.
+    /// Reads the energy after the steps of a frame, or after a change, if the throttle allows it.
     pub(super) fn follow(
         &mut self,
         watched: (&Run, &mut Watch),
@@ -93,12 +93,12 @@ impl EnergyReadings {
         }
     }
 
-    /// Forgets the samples after a time, as when a step is taken back.
+    /// Drops the samples after a time, as when a step is taken back.
     pub(super) fn rewind(&mut self, time: f64) {
         self.trace.rewind(time);
     }
 
-    /// Forgets every sample, as at a restart.
+    /// Drops every sample, as at a restart.
     pub(super) fn clear(&mut self) {
         self.trace.clear();
     }

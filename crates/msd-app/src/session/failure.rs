@@ -1,4 +1,4 @@
-//! A run that stopped by itself: what happened, the springs that move fastest, the ways out.
+//! Divergence of a run: cause, fastest springs, recovery options.
 
 use super::material::is_of_looks;
 use super::run::{Reading, Run, act, open};
@@ -12,26 +12,26 @@ use msd_scene::schema::SolverRow;
 use msd_scene::{Edits, Loaded};
 use msd_study::quantity::quantity;
 
-/// The time that the search for ways out takes of each frame, seconds: half of the last one, as far
-/// as it is in this range; in a browser the page is to answer within 50 ms.
+/// Limits of the time per frame for the search for recovery options, seconds; between them it takes
+/// half of the last frame. In a browser the page should respond within 50 ms.
 const SEARCH: [f64; 2] = [0.02, if cfg!(target_arch = "wasm32") { 0.02 } else { 0.25 }];
-/// The most springs that are marked.
+/// Largest number of highlighted springs.
 const MOST_MARKED: usize = 40;
-/// Springs with at least this part of the energy of the strongest are marked.
+/// Least energy of a highlighted spring, relative to the strongest one.
 const MARKED: f64 = 0.2;
 
-/// Why a run stopped by itself.
+/// Reason why a run stopped by itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RunFailure {
-    /// What happened, in whole sentences.
+    /// The reason, in whole sentences.
     pub text: String,
 }
 
 impl RunFailure {
-    /// What an error says; `gone_back` is whether the run shows an earlier state, that of `time`
+    /// Describes an error; `gone_back` is whether the run shows an earlier state, at `time`
     /// seconds.
     pub(super) fn new(error: &Error, gone_back: bool, time: f64) -> Self {
-        // A number and its unit stay together.
+        // A no-break space keeps a number and its unit together.
         let at = |time: f64| quantity(time, "s").replace(' ', "\u{a0}");
         let text = match error {
             Error::Diverged(Divergence { particle, step, time, .. }) => {
@@ -44,7 +44,7 @@ impl RunFailure {
     }
 }
 
-/// The states that a run could go on from.
+/// The states from which a run could resume.
 pub struct Origins<'a> {
     /// The scene as it was loaded.
     pub loaded: &'a Loaded,
@@ -52,14 +52,14 @@ pub struct Origins<'a> {
     pub runner: &'a Runner,
     /// Its earlier states.
     pub history: &'a History,
-    /// What was set of keys of the scene, which a restart keeps.
+    /// Keys of the scene that were set, which a restart keeps.
     pub edits: &'a Edits,
     /// The wind that a restart keeps.
     pub wind: Wind,
 }
 
 impl Origins<'_> {
-    /// Those that there are.
+    /// Lists the available origins.
     fn list(&self) -> Vec<Origin> {
         let is_as_written = self.runner.solver() == self.loaded.solver();
         let is_set_otherwise = !self.edits.iter().all(is_of_looks);
@@ -69,7 +69,7 @@ impl Origins<'_> {
         [Origin::Here, Origin::Start].into_iter().chain(earlier).chain(scene).collect()
     }
 
-    /// A copy of the run at one of them, the steps of which take no longer than those of the run.
+    /// Returns a copy of the run at an origin, with the same limit on the work of a step.
     pub(super) fn copy(&self, origin: Origin) -> Result<Runner, String> {
         let mut copy = self.unbounded(origin)?;
         copy.bound_work();
@@ -89,7 +89,7 @@ impl Origins<'_> {
             Origin::Start => {
                 let mut solver = self.runner.solver();
                 if solver.automatic && self.loaded.automatic {
-                    // Chosen as at the first opening.
+                    // The run then chooses the same substeps as when the scene was first opened.
                     solver.settings.substeps = self.loaded.settings.substeps;
                 }
                 let mut runner = open(self.loaded, solver).map_err(refused)?;
@@ -105,14 +105,14 @@ impl Origins<'_> {
         }
     }
 
-    /// The steps of about a second, as far as one can go back.
+    /// Returns the steps of about a second, limited by the history.
     pub(super) fn steps_of_a_second(&self) -> usize {
         let steps = (1.0 / self.runner.settings().step).round().max(1.0);
         steps.min(self.history.len() as f64) as usize
     }
 }
 
-/// What helps a run that stopped by itself, and what to look at.
+/// Recovery options after a divergence, and its fastest springs.
 #[derive(Debug, Default)]
 pub struct WaysOut {
     rescue: Option<Reading<Rescue>>,
@@ -120,25 +120,25 @@ pub struct WaysOut {
 }
 
 impl WaysOut {
-    /// The ways out found so far.
+    /// Returns the options found so far.
     pub fn offers(&self, run: &Run) -> &[Offer] {
         let rescue = self.rescue.as_ref().and_then(|rescue| rescue.of(run));
         rescue.map_or(&[], Rescue::offers)
     }
 
-    /// Whether there is more to try.
+    /// Returns whether more options remain to be tried.
     pub fn is_searching(&self, run: &Run) -> bool {
         let rescue = self.rescue.as_ref().and_then(|rescue| rescue.of(run));
         rescue.is_none_or(|rescue| !rescue.is_done())
     }
 
-    /// The springs that carry the fastest motion, the strongest first.
+    /// Returns the springs with the most energy in the fastest motion, the strongest first.
     pub fn fastest(&self, run: &Run) -> &[usize] {
         self.fastest.as_ref().and_then(|springs| springs.of(run)).map_or(&[], Vec::as_slice)
     }
 
-    /// Goes on with the search, or begins anew for a run that was changed since; `stable` is its
-    /// longest stable substep, and `real` the wall-clock time of a frame, seconds.
+    /// Continues the search, or restarts it if the run was changed; `stable` is the longest stable
+    /// substep, and `real` the wall-clock time of a frame, seconds.
     pub(super) fn search(
         &mut self,
         (run, stable): (&Run, f64),
@@ -160,7 +160,7 @@ impl WaysOut {
     }
 }
 
-/// The springs in which most energy is in the fastest motion, those with the most first.
+/// Returns the springs with the most energy in the fastest motion, the strongest first.
 fn fastest_springs(runner: &Runner) -> Vec<usize> {
     let energies: Vec<f64> = on!(runner, simulation => {
         let (model, motion) = (simulation.model(), simulation.fastest_motion());
@@ -184,7 +184,7 @@ fn fastest_springs(runner: &Runner) -> Vec<usize> {
     springs
 }
 
-/// The ways out of a run that stopped by itself.
+/// Recovery after a divergence.
 impl Session {
     pub(super) fn search_ways_out(&mut self, real: f64, stopwatch: &impl Fn() -> f64) {
         let stable = self.stability_light.stable(&self.run);
@@ -194,18 +194,18 @@ impl Session {
         self.ways_out = ways_out;
     }
 
-    /// The states that the run could go on from.
+    /// Returns the states from which the run could resume.
     pub(super) fn origins(&self) -> Origins<'_> {
         let &Session { ref loaded, ref run, ref history, ref material, wind, .. } = self;
         Origins { loaded, runner: run.runner(), history, edits: material.set(), wind }
     }
 
-    /// The way back of about a second, as far as there is one, simulated seconds.
+    /// Returns the simulated time that a step back of about a second covers, seconds.
     pub fn way_back(&self) -> f64 {
         self.origins().steps_of_a_second() as f64 * self.runner().settings().step
     }
 
-    /// Takes a way out: the run goes on.
+    /// Applies a recovery option and resumes the run.
     pub fn take(&mut self, offer: Offer) {
         self.settle();
         match offer.remedy {
@@ -213,7 +213,7 @@ impl Session {
             Remedy::Tolerance(tolerance) => self.tune(SolverRow::tolerance(tolerance)),
             Remedy::Method(method, substeps) => {
                 let is_other = substeps != self.runner().settings().substeps;
-                // Automatic ones that are as many stay automatic.
+                // If the number is the same, automatic substeps stay automatic.
                 let fixed =
                     if is_other { SolverRow::substeps(substeps) } else { SolverRow::default() };
                 let change = SolverRow { integrator: Some(method), ..fixed };

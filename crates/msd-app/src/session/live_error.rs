@@ -1,4 +1,4 @@
-//! A live estimate of the error of the run: a finer copy runs along for a while, then rests.
+//! A live estimate of the error of the run: a finer copy runs for a window, then pauses.
 
 use super::Session;
 use super::run::{Revision, Run};
@@ -8,47 +8,47 @@ use msd_study::live_error::{Estimator, LiveError};
 
 /// Steps of a window: half a second at 60 steps per second.
 pub const WINDOW: u32 = 30;
-/// Steps from the end of a window to the next: the copy costs three steps in every four.
+/// Steps from one window to the next: on average the copy costs three steps per four of the run.
 const REST: u32 = 90;
-/// The same where the clock fell behind during a window.
+/// The same after a window during which the run fell behind the clock.
 const LONG_REST: u32 = 570;
 
-/// Estimates the error of a run in windows of time. A session has one only while the user wants
-/// it.
+/// Estimates the error of a run in windows of time. A session has one only if the user switches it
+/// on.
 #[derive(Clone, Debug)]
 pub struct LiveErrorMeter {
     estimator: Estimator,
-    /// Steps of the present window taken, and steps until the next one opens.
+    /// Steps taken in the current window, and steps until the next one opens.
     taken: u32,
     rest: u32,
-    /// What was done since the last step, for the copy.
+    /// Interactions since the last step, for the copy.
     pending: Vec<Interaction>,
-    /// Whether the clock fell behind during this window.
+    /// Whether the run fell behind the clock during this window.
     late: bool,
     last: Option<ErrorReading>,
-    /// Whether the copy of the last window did not reach its end.
+    /// Whether the copy of the last window failed to reach its end.
     lost: bool,
-    /// The revision of the run that all of this is of.
+    /// The revision of the run that these values belong to.
     of: Revision,
 }
 
-/// What is known of the error of a run.
+/// State of the estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ErrorNow<'a> {
-    /// Nothing before the present window ends.
+    /// No estimate until the current window ends.
     Measuring,
-    /// Nothing, as the finer copy of the last window blew up or gave up.
+    /// No estimate, as the finer copy of the last window diverged or failed.
     Lost,
-    /// The estimate of the last window.
+    /// Estimate of the last window.
     Known(&'a ErrorReading),
 }
 
-/// An estimate and what is shown of it.
+/// An estimate and its display values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorReading {
     /// The estimate.
     pub error: LiveError,
-    /// The particle that is most wrong, and its error in metres.
+    /// The particle with the largest error, and its error in metres.
     pub worst: (usize, f64),
 }
 
@@ -68,7 +68,7 @@ impl Default for LiveErrorMeter {
 }
 
 impl LiveErrorMeter {
-    /// What is known of the error of a run; nothing of before it was changed.
+    /// Returns the estimate for a run; a change of the run voids an earlier one.
     pub fn now(&self, run: &Run) -> ErrorNow<'_> {
         match &self.last {
             _ if self.of != run.revision() => ErrorNow::Measuring,
@@ -78,25 +78,25 @@ impl LiveErrorMeter {
         }
     }
 
-    /// Whether a copy runs along with the steps of now.
+    /// Returns whether a copy follows the current steps.
     fn is_measuring(&self) -> bool {
         0 < self.taken
     }
 
-    /// Passes on a motion of what the mouse holds. Between windows it does not matter: the next
-    /// copy is made of what is there then.
+    /// Passes on a motion of a grabbed object. Between windows the motion does not matter: the next
+    /// copy begins with the state at that time.
     pub(super) fn follow(&mut self, motion: Interaction, run: &Run) {
         if self.is_measuring() {
             self.pending.push(as_felt(motion, run.runner().settings().substep()));
         }
     }
 
-    /// Takes note that the run fell behind the clock.
+    /// Notes that the run fell behind the clock.
     pub(super) fn fall_behind(&mut self) {
         self.late |= self.is_measuring();
     }
 
-    /// Gets ready for the next step of the run; begins anew where the run was changed.
+    /// Prepares for the next step of the run; restarts after a change of the run.
     pub(super) fn before_step(&mut self, run: &Run) {
         if self.of != run.revision() {
             *self = LiveErrorMeter { of: run.revision(), ..LiveErrorMeter::default() };
@@ -108,8 +108,8 @@ impl LiveErrorMeter {
         if self.pending.is_empty() {
             return self.estimator.before_step(runner);
         }
-        // The window applies what the user does at once, for the eye; a copy of the run gets it in
-        // its queue, where the estimator looks for it.
+        // The window applies interactions at once, for display. A copy of the run gets them in its
+        // queue, where the estimator looks for them.
         let mut followed = runner.clone();
         for interaction in self.pending.drain(..) {
             // The run has accepted it.
@@ -118,7 +118,7 @@ impl LiveErrorMeter {
         self.estimator.before_step(&followed);
     }
 
-    /// Follows a step of the run.
+    /// Updates the estimate after a step of the run.
     pub(super) fn after_step(&mut self, run: &Run) {
         let runner = run.runner();
         if 0 < self.rest {
@@ -130,7 +130,7 @@ impl LiveErrorMeter {
         if self.taken < WINDOW {
             return;
         }
-        // Without a copy the estimator still reports the window before.
+        // Without a copy, the estimator still reports the previous window.
         let found = found.filter(|error| error.at == runner.time());
         self.lost = found.is_none();
         self.last = found.map(|error| ErrorReading { worst: error.worst(), error });
@@ -141,7 +141,7 @@ impl LiveErrorMeter {
 
 /// The estimate of a session.
 impl Session {
-    /// Begins or ends to estimate the error; while it is off nothing is copied.
+    /// Starts or stops the estimate of the error; while it is off, no copy is made.
     pub fn set_estimating(&mut self, on: bool) {
         if on != self.live_error.is_some() {
             self.live_error = on.then(LiveErrorMeter::default);
@@ -190,7 +190,7 @@ mod tests {
         let (mut meter, mut run) = (LiveErrorMeter::default(), Run::new(rope()));
         meter.fall_behind();
         (0..WINDOW).for_each(|_| step(&mut meter, &mut run));
-        // No copy ran when it fell behind.
+        // No copy was running when the run fell behind.
         assert_eq!(meter.rest, REST);
         (0..REST + 1).for_each(|_| step(&mut meter, &mut run));
         meter.fall_behind();
@@ -223,7 +223,7 @@ mod tests {
             })
         };
         for (run, copy) in held(&runner).into_iter().zip(held(&copy)) {
-            // A product more or less: a few roundings.
+            // The products may differ by a few roundings.
             assert!((run - copy).abs() <= 1e-12 * run, "{run} {copy}");
         }
     }

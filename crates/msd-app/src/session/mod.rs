@@ -1,8 +1,8 @@
-//! A running scene and everything that a user does to it: the window's logic without a window.
+//! A running scene and all interactions with it: the logic of the window, without a window.
 //!
-//! [`Session`] is the one object that acts. Its parts are types of their own, which know a [`Run`]
-//! at most and parts above them; read them in the order below. What is shown is a [`Reading`] of
-//! the run, or carries its [`Revision`]: none outlives a change of what it was computed from.
+//! [`Session`] is the one object that acts. Its parts are separate types, which know at most a
+//! [`Run`] and the parts above them; read them in the order below. Each displayed value is a
+//! [`Reading`] of the run, or carries its [`Revision`]: no value outlives a change of its source.
 
 mod run;
 mod clock;
@@ -65,11 +65,11 @@ use stability_light::StabilityLight;
 use std::fmt::Display;
 use watching::Counts;
 
-/// The most that is done at once and recorded one by one: the springs of a body of a material have
-/// their values in thousands of runs of rows, and the run as it is then is no longer than they are.
+/// Most interactions at once that are recorded one by one. The springs of a body of a material have
+/// their values in thousands of ranges; the current state of the run is no longer than these.
 const MOST_EVENTS: usize = 200;
 
-/// A scene that runs, pauses, goes back, is grabbed, tuned and recorded.
+/// A scene that runs and pauses, and that the user rewinds, grabs, tunes and records.
 #[derive(Debug)]
 pub struct Session {
     loaded: Loaded,
@@ -79,7 +79,7 @@ pub struct Session {
     history: History,
     material: Material,
     grab: Grab,
-    /// The wind, of the scene or as it was set, and whether it acts on the run.
+    /// The wind, from the edits or the scene, and whether it acts on the run.
     wind: Wind,
     is_blowing: bool,
     energy: EnergyReadings,
@@ -88,28 +88,28 @@ pub struct Session {
     estimator: Estimator,
     /// Estimates the error while the user wants it.
     live_error: Option<LiveErrorMeter>,
-    /// What goes wrong in the run.
+    /// Problems of the run.
     watch: Watch,
     counts: Counts,
     recording: SessionRecording,
-    /// Why the run paused by itself.
+    /// Reason why the run paused by itself.
     failure: Option<RunFailure>,
     ways_out: WaysOut,
     trade: Trade,
     timeline: Timeline,
     undo: Undo,
     parts: Parts,
-    /// Steps at the last change of what automatic substeps follow from.
+    /// Steps at the last change that moved the limit of stability.
     limit_of: u64,
-    /// Steps beside the run while the user wants it.
+    /// A copy of the run with other settings, while the user wants it.
     twin: Option<Box<Twin>>,
-    /// What the spacing of the scene costs, where a study has found that.
+    /// Error of the spacing of the scene, if a study has measured it.
     space: Option<Space>,
-    /// What was refused last, for the status line.
+    /// The last refusal, for the status line.
     refusal: Option<String>,
 }
 
-/// The run: time passes, forwards or back.
+/// Flow of time in the run, forwards and back.
 impl Session {
     /// Starts a scene, running.
     ///
@@ -154,11 +154,11 @@ impl Session {
         Ok(session)
     }
 
-    /// Replaces the scene and everything done to the old one; whether it is paused, how fast it
-    /// runs, whether its error is estimated and whether it is recorded stay.
+    /// Replaces the scene and all edits of the old one. Pause, speed, error estimate and recording
+    /// stay on or off.
     ///
     /// # Errors
-    /// See [`Session::new`]; the old scene goes on then.
+    /// See [`Session::new`]; the old scene continues then.
     pub fn open(&mut self, loaded: Loaded) -> Result<(), Error> {
         let mut session = Session::new(loaded)?;
         session.paused = self.paused && self.failure.is_none();
@@ -172,7 +172,7 @@ impl Session {
         Ok(())
     }
 
-    /// Lets `real` seconds of wall clock pass; `stopwatch` gives the seconds spent in this frame.
+    /// Advances by `real` seconds of wall clock; `stopwatch` gives the seconds spent in this frame.
     pub fn advance(&mut self, real: f64, stopwatch: &impl Fn() -> f64) -> Frame {
         self.undo.pass(real);
         let frame = if self.paused { Frame::default() } else { self.take_steps(real, stopwatch) };
@@ -189,7 +189,7 @@ impl Session {
         frame
     }
 
-    /// Takes the steps that the clock asks for.
+    /// Takes the steps that are due.
     fn take_steps(&mut self, real: f64, stopwatch: &impl Fn() -> f64) -> Frame {
         let mut open = self.clock.begin(real, self.runner().settings().step, stopwatch);
         let mut steps = 0;
@@ -208,7 +208,7 @@ impl Session {
         frame
     }
 
-    /// Takes one step and returns whether the run can go on.
+    /// Takes one step and returns whether the run can continue.
     fn take_step(&mut self) -> bool {
         self.settle();
         self.before_step();
@@ -240,7 +240,7 @@ impl Session {
         true
     }
 
-    /// Pauses at the last state that is no debris.
+    /// Pauses in the last state before the run broke into debris.
     fn fail(&mut self, error: &Error) {
         self.paused = true;
         self.release();
@@ -254,13 +254,13 @@ impl Session {
         self.failure = Some(RunFailure::new(error, 0 < back, self.runner().time()));
     }
 
-    /// Pauses or goes on. After a divergence it stays paused until something is changed.
+    /// Pauses or resumes. After a divergence the run stays paused until a change.
     pub fn toggle_pause(&mut self) {
         self.paused = !self.paused;
         self.clock.resume();
     }
 
-    /// Pauses and takes one step.
+    /// Pauses and takes one step forward.
     pub fn step_forward(&mut self) {
         self.paused = true;
         if let Some(ahead) = self.timeline.ahead().checked_sub(1) {
@@ -271,7 +271,7 @@ impl Session {
         self.energy.sample((&self.run, &mut self.watch));
     }
 
-    /// Pauses and returns to the state before the last step; returns whether there was one.
+    /// Pauses and returns to the state before the last step; returns whether one exists.
     pub fn step_back(&mut self) -> bool {
         self.paused = true;
         let (ahead, earlier) = (self.timeline.ahead(), !self.history.is_empty());
@@ -287,8 +287,8 @@ impl Session {
         is_back
     }
 
-    /// Returns to the state of so many steps before; whether there was one. The watch keeps what it
-    /// knows of the steps that are taken back.
+    /// Goes back by a number of steps; returns whether that state exists. The watch keeps its
+    /// knowledge of the steps that are taken back.
     fn go_back(&mut self, steps: usize) -> bool {
         let Some(moment) = self.history.nth_back(steps).cloned() else { return false };
         let settings = self.runner().settings();
@@ -308,8 +308,8 @@ impl Session {
         true
     }
 
-    /// Makes an earlier moment that of now. Automatic substeps are those of then, unless what they
-    /// follow from was changed since.
+    /// Makes an earlier state the current one. Its automatic substeps are valid again, unless a
+    /// later change moved the limit of stability.
     fn return_to(&mut self, moment: &Moment) -> Result<(), Error> {
         let is_other = moment.steps < self.limit_of;
         self.change_unwatched(|runner| {
@@ -318,7 +318,7 @@ impl Session {
         })
     }
 
-    /// Records automatic substeps that are others than before, so that a replay chooses nothing.
+    /// Records renewed automatic substeps, so that a replay does not choose any.
     fn note_renewal(&mut self, before: Settings) {
         let settings = self.runner().settings();
         if settings != before {
@@ -326,8 +326,8 @@ impl Session {
         }
     }
 
-    /// Starts again from the first state. Solver, material and world stay as the user set them;
-    /// pins and frozen shapes are the scene's again.
+    /// Starts again from the first state. The user's solver, material and world stay; pins and
+    /// frozen shapes return to those of the scene.
     pub fn restart(&mut self) {
         self.restart_from(Origin::Start);
     }
@@ -337,7 +337,7 @@ impl Session {
             Ok(fresh) => fresh,
             Err(error) => return self.refusal = Some(error),
         };
-        // A run that stopped by itself starts again by itself.
+        // A run that stopped by itself resumes.
         if self.failure.take().is_some() {
             self.paused = false;
         }
@@ -355,27 +355,27 @@ impl Session {
         self.energy.sample((&self.run, &mut self.watch));
     }
 
-    /// Chooses how fast simulated time runs, 1 for real time.
+    /// Sets the speed of simulated time, 1 for real time.
     pub fn set_speed(&mut self, speed: f64) {
         self.clock.set_speed(speed);
     }
 
-    /// Forgets the wall-clock time up to the next frame, as after the window was hidden.
+    /// Ignores the wall-clock time up to the next frame, as after the window was hidden.
     pub fn resume(&mut self) {
         self.clock.resume();
     }
 }
 
-/// What the user does to the run, between two steps.
+/// Interactions with the run between two steps.
 impl Session {
-    /// Changes the run other than by a step: nothing that was read of it before is shown after.
+    /// Changes the run other than by a step: all earlier readings become void.
     fn change<T>(&mut self, change: impl FnOnce(&mut Runner) -> T) -> T {
         let result = self.change_unwatched(change);
         self.watch.change(self.run.runner());
         result
     }
 
-    /// The same, where the watch goes on.
+    /// Does the same without a restart of the watch.
     fn change_unwatched<T>(&mut self, change: impl FnOnce(&mut Runner) -> T) -> T {
         let result = self.run.change(change);
         self.material.read(self.run.runner());
@@ -383,7 +383,7 @@ impl Session {
         result
     }
 
-    /// Does something to the simulation at once; returns whether it was accepted.
+    /// Applies an interaction at once; returns whether the run accepted it.
     fn act(&mut self, interaction: Interaction) -> bool {
         self.settle();
         let settings = self.runner().settings();
@@ -400,7 +400,7 @@ impl Session {
             self.change(|runner| run::act(runner, interaction))
         };
         let is_accepted = result.is_ok();
-        // Motions go on by themselves: they are no answer to what was refused.
+        // Motions arrive without a new action of the user: the message of the last refusal stays.
         if !is_motion || !is_accepted {
             self.refusal = result.err().map(|error| error.to_string());
         }
@@ -415,14 +415,14 @@ impl Session {
         is_accepted
     }
 
-    /// Notes that what was done moves the limit of stability.
+    /// Notes that interactions may have moved the limit of stability.
     fn note_limit(&mut self, done: &[Interaction]) {
         if done.iter().map(Interaction::effects).any(|effects| effects.springs || effects.masses) {
             self.limit_of = self.runner().steps();
         }
     }
 
-    /// Does several things at once: all, or none where one is refused.
+    /// Applies several interactions at once: all, or none if one is refused.
     fn act_all(&mut self, interactions: &[Interaction]) -> bool {
         self.settle();
         let settings = self.runner().settings();
@@ -458,114 +458,114 @@ impl Session {
     }
 }
 
-/// What can be read of it.
+/// Readings of the session.
 impl Session {
-    /// The scene as it was loaded.
+    /// Returns the scene as loaded.
     pub fn loaded(&self) -> &Loaded {
         &self.loaded
     }
 
-    /// The simulation.
+    /// Returns the simulation.
     pub fn runner(&self) -> &Runner {
         self.run.runner()
     }
 
-    /// Where a particle is, metres.
+    /// Returns the position of a particle, metres.
     pub fn position(&self, particle: usize) -> DVec3 {
         on!(self.runner(), simulation => simulation.position(particle).to_f64())
     }
 
-    /// Whether a particle is pinned.
+    /// Returns whether a particle is pinned.
     pub fn is_pinned(&self, particle: usize) -> bool {
         on!(self.runner(), simulation => simulation.model().is_pinned(particle))
     }
 
-    /// The energy of the last seconds.
+    /// Returns the energy of the last seconds.
     pub fn trace(&self) -> &Trace {
         self.energy.trace()
     }
 
-    /// The energy now; `None` while it is being worked out.
+    /// Returns the energy at the last reading; `None` until a new one after a change.
     pub fn energy(&self) -> Option<Energy> {
         self.energy.now(&self.run)
     }
 
-    /// Energy that contact has added since the run was changed last, joules.
+    /// Returns the energy that contact has added since the last change of the run, joules.
     pub fn energy_of_contact(&self) -> Option<f64> {
         self.energy.added_by_contact(&self.run)
     }
 
-    /// Whether no steps are taken.
+    /// Returns whether the run is paused.
     pub fn is_paused(&self) -> bool {
         self.paused
     }
 
-    /// Why the run stopped by itself.
+    /// Returns the reason why the run stopped by itself.
     pub fn failure(&self) -> Option<&RunFailure> {
         self.failure.as_ref()
     }
 
-    /// What was refused last.
+    /// Returns the last refusal.
     pub fn refusal(&self) -> Option<&str> {
         self.refusal.as_deref()
     }
 
-    /// How fast simulated time should run, 1 for real time.
+    /// Returns the target speed of simulated time, 1 for real time.
     pub fn speed(&self) -> f64 {
         self.clock.speed()
     }
 
-    /// The ways out of a failure that were found so far.
+    /// Returns the recovery options found so far after a failure.
     pub fn offers(&self) -> &[Offer] {
         if self.failure.is_some() { self.ways_out.offers(&self.run) } else { &[] }
     }
 
-    /// The springs that carry the fastest motion after a failure, the strongest first.
+    /// Returns the springs with the fastest motion after a failure, the strongest first.
     pub fn fastest_springs(&self) -> &[usize] {
         if self.failure.is_some() { self.ways_out.fastest(&self.run) } else { &[] }
     }
 
-    /// Whether ways out of a failure are being looked for.
+    /// Returns whether a search for recovery options is in progress.
     pub fn is_searching(&self) -> bool {
         self.failure.is_some() && self.ways_out.is_searching(&self.run)
     }
 
-    /// Whether something that is shown is being worked out: frames are needed, paused or not.
+    /// Returns whether a displayed value is still being computed: it needs frames, paused or not.
     pub fn is_working(&self) -> bool {
         let is_counting = self.touches() && self.crossings().is_none();
         let is_reading = self.stability().is_none() || self.energy().is_none() || is_counting;
         is_reading || self.is_searching()
     }
 
-    /// Averages over the last frames; `None` while paused, and before a frame was measured since
-    /// the run was changed.
+    /// Returns averages over the last frames; `None` while paused, and before the first frame after
+    /// a change of the run.
     pub fn pace(&self) -> Option<Pace> {
         self.clock.pace(self.run.revision()).filter(|_| !self.paused)
     }
 
-    /// How many steps can be taken back.
+    /// Returns the number of steps that can be taken back.
     pub fn steps_back(&self) -> usize {
         self.history.len()
     }
 
-    /// The substep as a share of the longest stable one, and the age of the prediction, seconds of
-    /// wall clock; `None` while it is being worked out.
+    /// Returns the substep relative to the longest stable one, and the age of the prediction,
+    /// seconds of wall clock; `None` until there is a prediction.
     pub fn stability(&self) -> Option<(f64, f64)> {
         self.stability_light.share(&self.run).map(|share| (share, self.stability_light.age()))
     }
 
-    /// What is known of the error; `None` while the user does not want to know.
+    /// Returns the state of the error estimate; `None` while it is off.
     pub fn error(&self) -> Option<ErrorNow<'_>> {
         self.live_error.as_ref().map(|meter| meter.now(&self.run))
     }
 
-    /// What is known of the error of space: of the scene as it was loaded, and so nothing once its
-    /// material or its world was changed.
+    /// Returns the error of space, which belongs to the scene as loaded: `None` after a change of
+    /// its material or world.
     pub fn space(&self) -> Option<&Space> {
         self.space.as_ref().filter(|_| self.material.set().iter().all(is_of_looks))
     }
 
-    /// What was set of material and world.
+    /// Returns the edits of material and world.
     pub fn material(&self) -> &Material {
         &self.material
     }

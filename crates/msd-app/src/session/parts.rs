@@ -1,4 +1,4 @@
-//! The parts of the model that the user switches off, and on again, while it runs.
+//! Model terms that the user can switch off and on again during a run.
 
 use super::run::{Reading, Run};
 use super::{Deed, Session};
@@ -12,19 +12,19 @@ use msd_scene::schema::Solver;
 use msd_scene::{AnyState, Assignment, Edits, Loaded, Precision};
 use std::ops::Range;
 
-/// A part that a scene has, with the springs that it consists of.
+/// A term of a scene, with its springs.
 type Kind = (Part, Vec<Range<usize>>);
 
-/// The parts that the scene of a session has, and which of them are on.
+/// The terms of the scene of a session, and whether each is on.
 #[derive(Debug, Default)]
 pub struct Parts {
-    /// Worked out once, when they are asked for first.
+    /// Found once, at the first use.
     kinds: Option<Vec<Kind>>,
     now: Option<Reading<Vec<(Part, bool)>>>,
 }
 
 impl Parts {
-    /// Looks at a run again, if it was changed.
+    /// Reads the terms of a run again if it was changed.
     pub(super) fn refresh(&mut self, run: &Run, loaded: &Loaded) {
         if self.now.as_ref().is_some_and(|now| now.of(run).is_some()) {
             return;
@@ -52,7 +52,7 @@ fn is_on_in<R: Real>(part: Part, springs: &[Range<usize>], model: &Model<R>) -> 
         Part::Damping => (0..model.ends().len()).any(|row| model.damping(row) != R::ZERO),
         Part::Gravity => model.gravity().to_f64() != DVec3::ZERO,
         Part::Drag => model.drag() != R::ZERO,
-        // Planes can be taken away and put back, solids and shells cannot.
+        // Planes can be removed and put back, solids and shells cannot.
         Part::Contact => {
             !model.do_bodies_meet() && model.solids().is_empty() && !model.planes().is_empty()
         }
@@ -64,22 +64,21 @@ fn is_on_in<R: Real>(part: Part, springs: &[Range<usize>], model: &Model<R>) -> 
 }
 
 impl Session {
-    /// The parts of the model that the scene has, and whether each is on; empty before it was
-    /// looked at.
+    /// Returns the terms of the scene, and whether each is on; empty before
+    /// [`Session::look_at_parts`].
     pub fn parts(&self) -> &[(Part, bool)] {
         self.parts.of(&self.run)
     }
 
-    /// Looks at the parts of the model; to be called before they are shown.
+    /// Reads the terms of the model; call it before they are shown.
     pub fn look_at_parts(&mut self) {
         self.parts.refresh(&self.run, &self.loaded);
     }
 
-    /// Switches a part of the model off, or on as the scene and what else was set make it, in one
-    /// edit.
+    /// Switches a term of the model off, or on with the values of the scene and its edits, as a
+    /// single edit.
     ///
-    /// What fell through an obstacle is lifted out of it, body by body, before there is contact
-    /// again.
+    /// Before contact returns, bodies that fell through an obstacle are lifted out of it.
     pub fn switch(&mut self, part: Part, on: bool) {
         let mut parts = parts_off(&self.material.set);
         parts.retain(|&other| other != part);
@@ -97,7 +96,7 @@ impl Session {
             Ok(acts) => acts,
             Err(refusal) => return self.refusal = Some(refusal),
         };
-        // All springs are set: those of the kinds that are off are off all the same.
+        // The edits set all springs; springs of the kinds that are off must stay off.
         acts.extend(off_again(&parts, &acts, &self.loaded));
         self.remember(Deed::Switch(part.name()));
         if part == Part::Contact && on {
@@ -110,14 +109,14 @@ impl Session {
         }
     }
 
-    /// The parts that stay off once keys are set.
+    /// Returns the terms that stay off after keys are set.
     pub(super) fn off_but_for(&self, keys: &[Assignment]) -> Vec<Part> {
         let mut parts = parts_off(&self.material.set);
         parts.retain(|&part| !keys.iter().any(|key| sets(key, part)));
         parts
     }
 
-    /// What switches parts on that keys are about which are about to be set.
+    /// Returns the interactions that switch on the terms that keys are about to set.
     pub(super) fn on_again(&self, keys: &[Assignment]) -> Vec<Interaction> {
         let (before, after) = (parts_off(&self.material.set), self.off_but_for(keys));
         let mut set = self.material.set.clone();
@@ -126,7 +125,7 @@ impl Session {
         on.flat_map(|part| self.again(part, &set).unwrap_or_default()).collect()
     }
 
-    /// What gives a part of the model what the scene and what was set of it give it.
+    /// Returns the interactions that give a term the values of the scene and its edits.
     fn again(&self, part: Part, set: &Edits) -> Result<Vec<Interaction>, String> {
         // In double precision no number of the scene is rounded.
         let settings = self.runner().settings();
@@ -152,7 +151,7 @@ impl Session {
         let damping = |(springs, value)| Interaction::SetDamping { springs, value };
         let mut edits: Vec<Interaction> = dampings.into_iter().map(damping).collect();
         if part == Part::Damping {
-            // All of a body of a material, by what its springs have of it.
+            // One edit per body of a material, with the ratio of one of its springs.
             let time = |bodies: Select| {
                 let Select::Body(body) = bodies else { return None };
                 let mut rows = springs[self.loaded.scene.bodies[body].springs.clone()].iter();
@@ -169,7 +168,7 @@ impl Session {
         Ok(edits)
     }
 
-    /// Lifts every body out of the planes of the scene; there is no way back to where it was.
+    /// Lifts every body out of the planes of the scene, and clears the history.
     pub(super) fn lift(&mut self) {
         let planes = self.loaded.scene.planes.clone();
         let lifted = self.change(|runner| lift(runner, &planes));
@@ -185,7 +184,7 @@ impl Session {
     }
 }
 
-/// Whether a key sets what a part is.
+/// Returns whether a key sets a term.
 fn sets(key: &Assignment, part: Part) -> bool {
     match key.live() {
         Live::Gravity => part == Part::Gravity,
@@ -195,16 +194,16 @@ fn sets(key: &Assignment, part: Part) -> bool {
     }
 }
 
-/// Rows that have one value and follow each other, with that value, of so many rows in all.
+/// Returns the ranges of consecutive rows of equal value, with that value; `count` is of all rows.
 fn runs((rows, count): (&[usize], usize), value: impl Fn(usize) -> f64) -> Vec<(Select, f64)> {
     let goes_on = |a: &usize, b: &usize| a + 1 == *b && value(*a) == value(*b);
     let runs = rows.chunk_by(goes_on);
     runs.map(|run| (select(run[0]..run[run.len() - 1] + 1, count), value(run[0]))).collect()
 }
 
-/// Moves each body, and each particle of none, out of one plane after the other along its normal,
-/// pins and all; returns whether anything had to be moved. What a later plane pushes back into an
-/// earlier one is left to contact.
+/// Moves each body, and each particle outside bodies, along the normal out of one plane after the
+/// other, pins included. Contact resolves a body that a later plane pushes into an earlier one.
+/// Returns whether anything was moved.
 pub(super) fn lift(runner: &mut Runner, planes: &[Plane]) -> Result<bool, msd_core::Error> {
     let (count, bodies): (usize, Vec<Range<usize>>) = on!(&*runner, simulation => {
         let model = simulation.model();

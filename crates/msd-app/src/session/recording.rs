@@ -1,4 +1,4 @@
-//! A recording of what happens in the window, from which a replay makes it happen again.
+//! Recording of a session, for replay.
 
 use super::Session;
 use msd_run::Runner;
@@ -6,28 +6,28 @@ use msd_run::recording::{Event, Recorder};
 use msd_scene::{FileError, Loaded};
 use std::path::Path;
 
-/// A recording, while one is being made. One that cannot be written any more ends by itself.
+/// A recording in progress. It ends by itself if a write fails.
 #[derive(Debug, Default)]
 pub struct SessionRecording {
     recorder: Option<Recorder>,
-    /// The last recording that was made where there are no files: its name and its bytes.
+    /// Name and bytes of the last finished recording, on systems without files.
     made: Option<(String, Vec<u8>)>,
 }
 
 impl SessionRecording {
-    /// The file that is being recorded into.
+    /// Returns the name of the file in progress.
     pub fn name(&self) -> Option<&str> {
         self.recorder.as_ref().map(Recorder::name)
     }
 
-    /// Whether a recording is being made.
+    /// Returns whether a recording is in progress.
     pub fn is_on(&self) -> bool {
         self.recorder.is_some()
     }
 
-    /// Begins to record from a run as it is now, into a file that grows.
+    /// Begins a recording from the current state of a run, into a file that grows.
     pub(super) fn begin(&mut self, path: &Path, now: &Loaded) -> Result<(), FileError> {
-        // A browser has no files: what was recorded is downloaded in the end.
+        // A browser has no files: the page downloads the recording at its end.
         let begun = if cfg!(target_arch = "wasm32") {
             Recorder::begin_in_memory(&path.to_string_lossy(), now)
         } else {
@@ -45,7 +45,7 @@ impl SessionRecording {
         Ok(())
     }
 
-    /// Takes the last recording that was made where there are no files: its name and its bytes.
+    /// Takes name and bytes of the last finished recording, on systems without files.
     pub(super) fn take_made(&mut self) -> Option<(String, Vec<u8>)> {
         self.made.take()
     }
@@ -55,12 +55,12 @@ impl SessionRecording {
         self.write(Recorder::step)
     }
 
-    /// Records something other than a step.
+    /// Records an event other than a step.
     pub(super) fn event(&mut self, event: &Event) -> Result<(), FileError> {
         self.write(|recorder| recorder.add(event))
     }
 
-    /// Records that a step was taken back; `now` gives the run as it is after that.
+    /// Records that a step was taken back; `now` returns the run after that.
     pub(super) fn back(&mut self, now: impl Fn() -> Loaded) -> Result<(), FileError> {
         self.write(|recorder| recorder.back(now))
     }
@@ -79,8 +79,8 @@ impl SessionRecording {
 
 /// The recording of a session.
 impl Session {
-    /// Begins to record from the present state on, into a file that grows. Ends a recording that
-    /// was being made.
+    /// Begins a recording from the current state, into a file that grows, and ends a previous
+    /// recording.
     pub fn start_recording(&mut self, path: &Path) {
         self.stop_recording();
         self.settle();
@@ -88,12 +88,12 @@ impl Session {
         self.refuse(begun);
     }
 
-    /// The file that is being recorded into.
+    /// Returns the name of the file in progress.
     pub fn recording(&self) -> Option<&str> {
         self.recording.name()
     }
 
-    /// Ends the recording, if one is being made.
+    /// Ends the recording, if one is in progress.
     pub fn stop_recording(&mut self) {
         if self.recording.is_on() {
             self.settle();
@@ -102,7 +102,7 @@ impl Session {
         }
     }
 
-    /// Takes a recording that was ended where there are no files: its name and its bytes.
+    /// Takes name and bytes of a finished recording, on systems without files.
     pub fn take_recording(&mut self) -> Option<(String, Vec<u8>)> {
         self.recording.take_made()
     }
@@ -120,14 +120,14 @@ impl Session {
     }
 }
 
-/// Ends the recording of a window that is closed.
+/// A closed window ends its recording.
 impl Drop for Session {
     fn drop(&mut self) {
         self.stop_recording();
     }
 }
 
-/// A run as it is now, to be looked at as the author of its scene wants it.
+/// Returns a run in its current state, with the camera of its scene.
 pub(super) fn now(loaded: &Loaded, runner: &Runner) -> Loaded {
     Loaded { camera: loaded.camera, ..runner.to_loaded(&loaded.name, &loaded.title) }
 }

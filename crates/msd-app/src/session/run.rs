@@ -1,4 +1,4 @@
-//! The run behind one gate, and readings of it that are void once it was changed.
+//! The run behind a single interface, and readings that each change of it voids.
 
 use msd_core::stability::Estimator;
 use msd_core::{Error, Interaction};
@@ -6,19 +6,18 @@ use msd_run::Runner;
 use msd_scene::Loaded;
 use msd_scene::schema::Solver;
 
-/// The wall-clock time that each prediction of the longest stable substep takes of a frame,
-/// seconds.
+/// Wall-clock time per frame for each prediction of the longest stable substep, seconds.
 pub(super) const PREDICTING: f64 = 4e-3;
-/// Whether automatic substeps are chosen over several frames after a change: a page of a browser is
-/// to answer within 50 ms. Elsewhere they are known at once.
+/// Whether the choice of automatic substeps after a change may take several frames: the page of a
+/// browser should respond within 50 ms. Elsewhere the run chooses them at once.
 const IS_LAZY: bool = cfg!(target_arch = "wasm32");
 
-/// A count of the changes of a run.
+/// Counter of the changes of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Revision(u64);
 
-/// A runner that can be changed by `Run::change` alone, so that no change goes unnoticed. Steps,
-/// motions of what the mouse holds, gusts and looks are no changes: the run goes on by them.
+/// A runner that only `Run::change` can change, so that no change goes unnoticed. Steps, motions of
+/// grabbed objects, gusts and looks do not count as changes.
 #[derive(Debug)]
 pub struct Run {
     runner: Runner,
@@ -38,20 +37,20 @@ impl Run {
         &self.runner
     }
 
-    /// The present revision.
+    /// Returns the current revision.
     pub fn revision(&self) -> Revision {
         self.revision
     }
 
-    /// Changes state, model, settings or precision: every reading from before is void.
+    /// Changes state, model, settings or precision: every earlier reading becomes void.
     pub(super) fn change<T>(&mut self, change: impl FnOnce(&mut Runner) -> T) -> T {
         self.revision.0 += 1;
         self.is_driven = false;
         change(&mut self.runner)
     }
 
-    /// Takes a step. Automatic substeps that were renewed before it void every reading, but for
-    /// those that are carried over.
+    /// Takes a step. If it renews the automatic substeps, this voids every reading but those that
+    /// are carried over.
     pub(super) fn step(&mut self) -> Result<(), Error> {
         let before = self.runner.settings();
         self.runner.bound_work();
@@ -62,8 +61,8 @@ impl Run {
         stepped
     }
 
-    /// Goes on for a part of a frame with what the next step begins with, a choice of automatic
-    /// substeps; whether nothing is left of it. Others than before void every reading.
+    /// Works for a part of a frame on the choice of automatic substeps before the next step;
+    /// returns whether the choice is complete. A change of the substeps voids every reading.
     pub(super) fn prepare(
         &mut self,
         estimator: &mut Estimator,
@@ -81,38 +80,38 @@ impl Run {
         Ok(true)
     }
 
-    /// Whether gusts do work, so that the balance of the energy says nothing of the method.
+    /// Returns whether gusts do work: the energy balance then does not measure the method.
     pub fn is_driven(&self) -> bool {
         self.is_driven
     }
 
-    /// Sets a look, which no reading depends on.
+    /// Sets a look, on which no reading depends.
     pub(super) fn paint(&mut self, look: Interaction) -> Result<(), Error> {
         act(&mut self.runner, look)
     }
 
-    /// Moves what the mouse holds already, the target of a grab or a pin, or goes on with a gust.
+    /// Moves the target of an existing grab or pin, or updates a gust.
     pub(super) fn move_held(&mut self, motion: Interaction) -> Result<(), Error> {
         self.is_driven |= matches!(motion, Interaction::SetForce { .. });
         act(&mut self.runner, motion)
     }
 }
 
-/// Opens a run to be shown.
+/// Opens a run for display.
 pub(super) fn open(loaded: &Loaded, solver: Solver) -> Result<Runner, Error> {
     let open = if IS_LAZY { Runner::open_lazily } else { Runner::open_with };
     let mut runner = open(loaded, solver)?;
-    // The session sets gusts itself, as it records them.
+    // The session sets gusts itself, in order to record them.
     runner.calm();
     Ok(runner)
 }
 
-/// Does something to a simulation at once.
+/// Applies an interaction at once.
 pub(super) fn act(runner: &mut Runner, interaction: Interaction) -> Result<(), Error> {
     runner.queue(interaction).and_then(|()| runner.apply_queued())
 }
 
-/// A value read from a run, which can be had only while the run has not been changed since.
+/// A value read from a run, accessible until the run is changed.
 #[derive(Clone, Debug)]
 pub struct Reading<T> {
     value: T,
@@ -120,24 +119,24 @@ pub struct Reading<T> {
 }
 
 impl<T> Reading<T> {
-    /// A value read just now.
+    /// Returns a value just read.
     pub(super) fn new(value: T, run: &Run) -> Self {
         Reading { value, of: run.revision }
     }
 
-    /// The value, unless the run was changed since.
+    /// Returns the value, unless the run was changed since.
     pub fn of(&self, run: &Run) -> Option<&T> {
         (self.of == run.revision).then_some(&self.value)
     }
 
-    /// Keeps a value of an earlier revision that the change since does not concern.
+    /// Keeps a value of an earlier revision if the change since does not affect it.
     pub(super) fn carry_over(&mut self, from: Revision, run: &Run) {
         if self.of == from {
             self.of = run.revision;
         }
     }
 
-    /// Like [`Reading::of`], to go on with the value.
+    /// Returns the value for an update, unless the run was changed since.
     pub(super) fn of_mut(&mut self, run: &Run) -> Option<&mut T> {
         (self.of == run.revision).then_some(&mut self.value)
     }

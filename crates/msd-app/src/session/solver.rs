@@ -1,14 +1,14 @@
-//! Changes of the solver while a scene runs.
+//! Changes of the solver during a run.
 
 use super::{Deed, Session};
 use msd_core::Error;
 use msd_run::recording::Event;
 use msd_scene::schema::{OrAuto, SolverRow};
 
-/// The most substeps that can be chosen.
+/// Largest number of substeps.
 pub const MOST_SUBSTEPS: u32 = 1000;
 
-/// What a change of the solver is called where it is undone, in a word or two: by its first key.
+/// Returns the name of a change of the solver for undo, in a word or two: by its first key.
 fn words(change: &SolverRow) -> &'static str {
     match *change {
         SolverRow { integrator: Some(_), .. } => "method",
@@ -22,12 +22,12 @@ fn words(change: &SolverRow) -> &'static str {
 
 /// The solver of the run.
 impl Session {
-    /// Changes how the scene is stepped; in another precision its state is rounded once.
+    /// Changes the solver; a change of precision rounds the state once.
     pub fn tune(&mut self, change: SolverRow) {
         self.tune_as(change, words(&change));
     }
 
-    /// The same, with what undo calls it.
+    /// Does the same, with a name for undo.
     pub(in crate::session) fn tune_as(&mut self, change: SolverRow, words: &'static str) {
         let begins = self.remember(Deed::Solver(words));
         let before = self.runner().solver();
@@ -48,12 +48,12 @@ impl Session {
         self.restart_twin();
     }
 
-    /// Goes on with the choice of automatic substeps; returns whether the next step can be taken.
+    /// Continues the choice of automatic substeps; returns whether the next step can be taken.
     pub(super) fn prepare(&mut self, stopwatch: &impl Fn() -> f64) -> bool {
         let (settings, revision) = (self.runner().settings(), self.run.revision());
         let prepared = self.run.prepare(&mut self.estimator, stopwatch);
         self.energy.carry_over(revision, &self.run);
-        // Of a state that one looks back to they are recorded when the run goes on from there.
+        // For an earlier state, they are recorded when the run resumes from there.
         if self.timeline.ahead() == 0 {
             self.note_renewal(settings);
         }

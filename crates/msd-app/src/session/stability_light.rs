@@ -1,50 +1,50 @@
-//! The stability light: the substep as a share of the longest stable one.
+//! The stability light: the substep relative to the longest stable one.
 
 use super::run::{PREDICTING, Reading, Run};
 use msd_core::stability::Estimator;
 use msd_core::{Integrator, Settings};
 use msd_run::{Runner, on};
 
-/// Shortest time between two predictions for a run that goes on, seconds.
+/// Shortest time between two predictions without a change of the run, seconds.
 const REFRESH: f64 = 1.0;
-/// The largest share of the wall clock that predictions may take.
+/// Largest share of the wall clock for predictions.
 const SHARE: f64 = 0.005;
-/// The same while none is shown, as the run was changed.
+/// The same while none is shown, after a change of the run.
 const SHARE_OF_VOID: f64 = 0.1;
 
-/// The part of a slow frame that a prediction under way takes; none in a browser, where the page is
-/// to answer.
+/// Share of a slow frame for a prediction in progress; none in a browser, where the page should
+/// stay responsive.
 const MOST_OF_FRAME: f64 = if cfg!(target_arch = "wasm32") { 0.0 } else { 0.1 };
 
 /// The predicted longest stable substep, renewed at a bounded rate.
 #[derive(Debug, Default)]
 pub struct StabilityLight {
-    /// Longest stable substep, seconds: 0 if none is, infinite if every one is.
+    /// Longest stable substep, seconds: 0 if no substep is stable, infinite if each is.
     stable: Option<Reading<f64>>,
-    /// The age of the state that it is of, seconds of wall clock.
+    /// Age of the state of the prediction, seconds of wall clock.
     age: f64,
-    /// The wall-clock time that the last prediction took, seconds.
+    /// Wall-clock time of the last prediction, seconds.
     cost: f64,
-    /// The next prediction.
+    /// The prediction in progress.
     under_way: Option<UnderWay>,
     estimator: Estimator,
 }
 
-/// A prediction that takes several frames.
+/// A prediction over several frames.
 #[derive(Debug)]
 struct UnderWay {
-    /// A copy of the run, which goes on meanwhile.
+    /// A copy of the run, which continues in the meantime.
     runner: Reading<Box<Runner>>,
-    /// Wall-clock time since it was made, and that spent on the prediction, seconds.
+    /// Wall-clock time since the copy, and time spent on the prediction, seconds.
     age: f64,
     spent: f64,
 }
 
 impl StabilityLight {
-    /// Lets `real` seconds of wall clock pass, and predicts again if it is time to.
+    /// Advances by `real` seconds of wall clock, and predicts again if a prediction is due.
     pub(super) fn refresh(&mut self, run: &Run, real: f64, stopwatch: &impl Fn() -> f64) {
         self.age += real.max(0.0);
-        // The substep of now is that of before a change.
+        // Until the choice of substeps is complete, the substep is still that before the change.
         if run.runner().is_open() {
             return;
         }
@@ -57,8 +57,8 @@ impl StabilityLight {
         self.go_on(run, PREDICTING.max(MOST_OF_FRAME * real), stopwatch);
     }
 
-    /// Begins to predict for the present state. Only explicit methods have a limit: for the others
-    /// the spectrum is not needed.
+    /// Begins a prediction for the current state. Only explicit methods have a limit: the others do
+    /// not need the spectrum.
     fn begin(&mut self, run: &Run) {
         if !Integrator::EXPLICIT.contains(&run.runner().integrator()) {
             return self.set(Reading::new(f64::INFINITY, run), (0.0, 0.0));
@@ -68,7 +68,7 @@ impl StabilityLight {
         self.under_way = Some(UnderWay { runner, age: 0.0, spent: 0.0 });
     }
 
-    /// Goes on for so many seconds with the prediction under way.
+    /// Continues the prediction in progress for at most `most` seconds.
     fn go_on(&mut self, run: &Run, most: f64, stopwatch: &impl Fn() -> f64) {
         let Some(mut under_way) = self.under_way.take() else { return };
         let Some(runner) = under_way.runner.of(run) else { return };
@@ -90,32 +90,32 @@ impl StabilityLight {
         }
     }
 
-    /// Forgets the prediction: the next refresh makes another, whatever it costs.
+    /// Drops the prediction: the next refresh makes another one at any cost.
     pub(super) fn forget(&mut self) {
         (self.stable, self.under_way, self.cost) = (None, None, 0.0);
     }
 
-    /// The longest stable substep, seconds: 0 if none is, infinite if every one is; `None` while it
-    /// is being worked out.
+    /// Returns the longest stable substep, seconds: 0 if no substep is stable, infinite if each is;
+    /// `None` until there is a prediction.
     pub fn stable(&self, run: &Run) -> Option<f64> {
         self.stable.as_ref().and_then(|stable| stable.of(run)).copied()
     }
 
-    /// The substep as a share of the longest stable one: 1 is the limit, infinite where no step is
-    /// stable; `None` while it is being worked out.
+    /// Returns the substep relative to the longest stable one: 1 is the limit, infinite if no
+    /// substep is stable; `None` until there is a prediction.
     pub fn share(&self, run: &Run) -> Option<f64> {
         let substep = run.runner().settings().substep();
         let share = |stable| if stable == 0.0 { f64::INFINITY } else { substep / stable };
         self.stable(run).map(share)
     }
 
-    /// The age of the prediction, seconds of wall clock: as the run goes on it may be a little old.
+    /// Returns the age of the prediction, seconds of wall clock; it may lag behind the run.
     pub fn age(&self) -> f64 {
         self.age
     }
 
-    /// The age from which on another prediction is made, seconds: a change is answered at once
-    /// where that is cheap, and not at the price of the motion where it is not.
+    /// Returns the age at which the next prediction is due, seconds. After a change a cheap one is
+    /// due at once, an expensive one later.
     fn wait(&self, run: &Run) -> f64 {
         match self.stable(run) {
             None => self.cost / SHARE_OF_VOID,
@@ -123,9 +123,9 @@ impl StabilityLight {
         }
     }
 
-    /// Stores a prediction, the age of the state that it is of and its cost, both in seconds.
+    /// Stores a prediction, the age of its state and its cost, both in seconds.
     fn set(&mut self, stable: Reading<f64>, (age, cost): (f64, f64)) {
-        // What costs less than a millisecond may be renewed at every change.
+        // A prediction of less than a millisecond may be renewed after every change.
         self.cost = if cost < 1e-3 { 0.0 } else { cost };
         (self.stable, self.age) = (Some(stable), age);
     }
@@ -163,7 +163,7 @@ mod tests {
         let (mut light, mut run) = (StabilityLight::default(), run());
         light.set(Reading::new(0.01, &run), (0.0, 0.1));
         let made = Cell::new(0);
-        // Each piece takes longer than its part of a frame.
+        // Each piece takes longer than its share of a frame.
         let stopwatch = || made.replace(made.get() + 1) as f64;
         light.refresh(&run, 10.0, &stopwatch);
         assert_eq!((light.stable(&run), made.get()), (Some(0.01), 0));

@@ -1,31 +1,31 @@
-//! A throttle for readings that cost time: they take a bounded share of steps and wall clock.
+//! A throttle for expensive readings: they take a bounded share of steps and wall clock.
 
-/// The largest share of the time of steps that readings may take.
+/// Largest share of the time of steps for readings.
 const OF_STEPS: f64 = 0.03;
-/// The largest share of the wall clock, where that is more: a light scene has time to spare.
+/// Largest share of the wall clock, if that is more: a light scene has time to spare.
 const OF_CLOCK: f64 = 0.005;
 
-/// Time saved up for a reading until it can be afforded.
+/// A budget that grows with time until it covers a reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Throttle {
     saved: f64,
-    /// What it took the last two times, seconds.
+    /// Costs of the last two readings, seconds.
     costs: [f64; 2],
 }
 
 impl Throttle {
-    /// Lets `real` seconds of wall clock pass, `spent` of them on steps.
+    /// Adds the share of `real` seconds of wall clock, `spent` of them on steps.
     pub fn save(&mut self, real: f64, spent: f64) {
         self.saved += (OF_STEPS * spent).max(OF_CLOCK * real.max(0.0));
     }
 
-    /// Whether there is enough for as much as the less of the last two times: once, the machine may
-    /// have been busy.
+    /// Returns whether the budget covers the lower of the last two costs: the machine may have been
+    /// busy during one of them.
     pub fn is_enough(&self) -> bool {
         self.costs[0].min(self.costs[1]) <= self.saved
     }
 
-    /// Does something, timed by a stopwatch that gives seconds.
+    /// Runs `act` and measures its cost; `stopwatch` gives seconds.
     pub fn spend<T>(&mut self, stopwatch: &impl Fn() -> f64, act: impl FnOnce() -> T) -> T {
         let start = stopwatch();
         let result = act();
@@ -39,8 +39,8 @@ mod tests {
     use super::*;
     use std::cell::Cell;
 
-    /// Frames of 1/60 s with steps of `spent` seconds, out of 6000, in which something is done
-    /// that costs `cost` seconds.
+    /// Returns the number of frames, of 6000 of 1/60 s with steps of `spent` seconds, with an
+    /// action of `cost` seconds.
     fn done(spent: f64, cost: f64) -> u32 {
         let (mut throttle, now, mut done) = (Throttle::default(), Cell::new(0.0), 0);
         for _ in 0..6000 {
@@ -55,7 +55,7 @@ mod tests {
 
     #[test]
     fn what_is_dear_takes_its_share_and_no_more() {
-        // 6000 frames put aside 6000 · 0.03 · 8 ms = 1.44 s: 144 times 10 ms.
+        // 6000 frames save 6000 · 0.03 · 8 ms = 1.44 s: 144 times 10 ms.
         let times = done(8e-3, 10e-3);
         assert!((140..=146).contains(&times), "{times}");
     }

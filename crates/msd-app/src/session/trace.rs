@@ -3,9 +3,9 @@
 use msd_core::Energy;
 use std::collections::VecDeque;
 
-/// How far back the plot looks, simulated seconds.
+/// Span of the plot, simulated seconds.
 pub const WINDOW: f64 = 12.0;
-/// The most samples in the window: about one per pixel of the plot.
+/// Largest number of samples in the window: about one per pixel of the plot.
 const SAMPLES: f64 = 400.0;
 
 /// Energy at one time.
@@ -13,28 +13,28 @@ const SAMPLES: f64 = 400.0;
 pub struct Sample {
     /// Simulated time, seconds.
     pub time: f64,
-    /// The energy then, joules.
+    /// Energy at that time, joules.
     pub energy: Energy,
 }
 
-/// A peak counts where it is higher than the last one by this factor, so that few are kept.
+/// Least ratio of a peak to the last one, so that few peaks are kept.
 const HIGHER: f64 = 1.01;
 
-/// A ring of energy samples, thinned to what a plot can show.
+/// A ring buffer of energy samples, at the resolution of a plot.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
     samples: VecDeque<Sample>,
-    /// Times at which there was more to see than ever before, and how much, joules.
+    /// Times of new maxima of the plotted energy, and their values, joules.
     peaks: Vec<(f64, f64)>,
 }
 
 impl Trace {
-    /// Whether a sample at this time would be far enough from the last one.
+    /// Returns whether a sample at this time would be far enough from the last one.
     pub fn is_due(&self, time: f64) -> bool {
         self.samples.back().is_none_or(|last| WINDOW / SAMPLES <= time - last.time)
     }
 
-    /// Adds a sample, in place of one of the same time, and forgets those that left the window.
+    /// Adds a sample, replaces one of the same time, and drops those before the window.
     pub fn push(&mut self, time: f64, energy: Energy) {
         if self.samples.back().is_some_and(|last| last.time == time) {
             self.samples.pop_back();
@@ -49,8 +49,8 @@ impl Trace {
         }
     }
 
-    /// What there is to see of an energy: of gravity what is above its lowest, what was dissipated
-    /// since the start of the window, and nothing of elements of a user's own.
+    /// Returns the plotted part of an energy: gravity above its minimum, dissipation since the
+    /// start of the window, and no custom elements.
     pub fn held(&self, energy: Energy) -> Energy {
         let samples = || self.samples.iter().map(|sample| sample.energy);
         let lowest = samples().map(|then| then.gravitational).fold(energy.gravitational, f64::min);
@@ -64,13 +64,13 @@ impl Trace {
         }
     }
 
-    /// The most there was to see since the start of the run, up to a hundredth of it, joules; 0
-    /// before anything moved.
+    /// Returns the maximum of the plotted energy since the start of the run, to within a hundredth,
+    /// joules; 0 before any motion.
     pub fn most(&self) -> f64 {
         self.peaks.last().map_or(0.0, |&(_, held)| held)
     }
 
-    /// Forgets the samples after a time, as when a step is taken back.
+    /// Drops the samples after a time, as when a step is taken back.
     pub fn rewind(&mut self, time: f64) {
         while self.samples.back().is_some_and(|last| time < last.time) {
             self.samples.pop_back();
@@ -80,13 +80,13 @@ impl Trace {
         }
     }
 
-    /// Forgets everything.
+    /// Drops everything.
     pub fn clear(&mut self) {
         self.samples.clear();
         self.peaks.clear();
     }
 
-    /// The samples, oldest first.
+    /// Returns the samples, oldest first.
     pub fn samples(&self) -> impl ExactSizeIterator<Item = &Sample> + Clone {
         self.samples.iter()
     }
@@ -127,7 +127,7 @@ mod tests {
         assert_eq!(trace.most(), 50.0, "28 s after it left the window");
         trace.push(31.0, kinetic(1e30));
         assert_eq!(trace.most(), 1e30);
-        // As when a run that blew up is taken back.
+        // As when a diverged run is taken back.
         trace.rewind(30.5);
         assert_eq!(trace.most(), 50.0);
         trace.clear();

@@ -1,4 +1,4 @@
-//! The twin: a copy of the run that is stepped otherwise, under the same hands.
+//! The twin: a copy of the run with other settings and the same user input.
 
 use super::Session;
 use super::run::Run;
@@ -10,25 +10,25 @@ use msd_run::twin::{Apart, apart};
 use msd_run::{History, Runner, on};
 use std::collections::VecDeque;
 
-/// The most distances in the plot: about one per pixel.
+/// Largest number of distances in the plot: about one per pixel.
 const SAMPLES: f64 = 400.0;
 
-/// A copy of the run that is stepped otherwise, and how far it has drifted from the run since both
-/// were at the same state.
+/// A copy of the run with other settings, and its distance from the run since they had the same
+/// state.
 #[derive(Clone, Debug)]
 pub struct Twin {
     runner: Runner,
     apart: Apart,
-    /// The distances of the last seconds.
+    /// Distances of the last seconds.
     trace: VecDeque<Apart>,
-    /// What it may have to go back to, if it blows up.
+    /// Earlier states, needed after a divergence.
     history: History,
-    /// Why it takes no more steps.
+    /// Reason why it takes no more steps.
     failure: Option<String>,
 }
 
 impl Twin {
-    /// Begins at the state of a run, with settings of its own but for the length of a step.
+    /// Begins at the state of a run, with other settings but the same length of a step.
     pub(super) fn begin(run: &Run, settings: Settings) -> Result<Self, Error> {
         let mut runner = run.runner().clone();
         runner.set_automatic(false)?;
@@ -54,7 +54,7 @@ impl Twin {
         match self.runner.step() {
             Ok(()) => {
                 self.history.push(before);
-                // As far back as debris is looked for, and from there to a distance that was kept.
+                // States as far back as debris is possible, plus the interval to a kept distance.
                 let kept = (SOUND + 2.0 * WINDOW / SAMPLES) / self.settings().step;
                 self.history.keep(kept.ceil() as usize);
                 self.measure(run);
@@ -68,7 +68,7 @@ impl Twin {
         }
     }
 
-    /// Goes back to the last distance that is not one of debris, and to the state that it is of.
+    /// Goes back to the last distance before debris, and to its state.
     fn leave_debris(&mut self) {
         let sound = self.runner.steps() - debris(&self.runner, &self.history) as u64;
         while 1 < self.trace.len() && self.trace.back().is_some_and(|last| sound < last.step) {
@@ -83,7 +83,7 @@ impl Twin {
         }
     }
 
-    /// Does what was done to the run, at once, by a hand as strong as it was there.
+    /// Applies interactions of the run at once, with grabs as strong as in the run.
     pub(super) fn act(&mut self, interactions: &[Interaction], run: &Run) {
         let substep = run.runner().settings().substep();
         let mut felt = interactions.iter().map(|&each| as_felt(each, substep));
@@ -104,33 +104,33 @@ impl Twin {
         }
     }
 
-    /// The copy.
+    /// Returns the copy.
     pub fn runner(&self) -> &Runner {
         &self.runner
     }
 
-    /// How it is stepped.
+    /// Returns its settings.
     pub fn settings(&self) -> Settings {
         self.runner.settings()
     }
 
-    /// How far it is from the run, both after the same step: the last one that it took, or where it
-    /// left the world, the last one that is kept in which it held together.
+    /// Returns its distance from the run after the same step: its last one or, after a divergence,
+    /// the last kept one before debris.
     pub fn apart(&self) -> Apart {
         self.apart
     }
 
-    /// The distances of the last seconds.
+    /// Returns the distances of the last seconds.
     pub fn trace(&self) -> impl ExactSizeIterator<Item = &Apart> {
         self.trace.iter()
     }
 
-    /// Why it takes no more steps, while the run goes on.
+    /// Returns the reason why it takes no more steps, while the run continues.
     pub fn failure(&self) -> Option<&str> {
         self.failure.as_deref()
     }
 
-    /// Where its particles are, metres.
+    /// Returns the positions of its particles, metres.
     pub fn positions(&self) -> Vec<[f32; 3]> {
         let mut positions = Vec::new();
         on!(&self.runner, simulation => simulation.snapshot().copy_positions(&mut positions));
@@ -140,7 +140,7 @@ impl Twin {
 
 /// The twin of a session.
 impl Session {
-    /// Begins, changes or ends a twin: a copy that is stepped by other settings from here on.
+    /// Begins, changes or ends a twin, a copy with other settings from the current state on.
     pub fn set_twin(&mut self, settings: Option<Settings>) {
         let Some(settings) = settings else { return self.twin = None };
         match Twin::begin(&self.run, settings) {
@@ -149,7 +149,7 @@ impl Session {
         }
     }
 
-    /// Brings the twin, if there is one, to the state of the run.
+    /// Resets the twin, if there is one, to the state of the run.
     pub(super) fn restart_twin(&mut self) {
         let settings = self.twin.as_ref().map(|twin| twin.settings());
         if settings.is_some() {
@@ -157,7 +157,7 @@ impl Session {
         }
     }
 
-    /// The run under other settings that steps beside this one, if the user wants it.
+    /// Returns the twin, if the user compares with one.
     pub fn twin(&self) -> Option<&Twin> {
         self.twin.as_deref()
     }

@@ -1,5 +1,5 @@
-//! The watch over the run, with counts of what crosses and what is inside out in it, which take a
-//! bounded share of the time.
+//! The watch over the run, with counts of triangle intersections and inverted cells in a bounded
+//! share of the time.
 
 use super::Session;
 use super::clock::Frame;
@@ -7,13 +7,13 @@ use super::run::{Reading, Run};
 use super::throttle::Throttle;
 use msd_run::{Finding, Watch, on};
 
-/// The shortest time between two counts of a run that goes on, seconds.
+/// Shortest time between two counts without a change of the run, seconds.
 const EVERY: f64 = 0.5;
 
-/// When triangles that cross and cells that are inside out were counted.
+/// Times of the counts of intersecting triangles and inverted cells.
 #[derive(Debug, Default)]
 pub(super) struct Counts {
-    /// The steps of the run when they were counted last.
+    /// Steps of the run at the last count.
     last: Option<Reading<u64>>,
     /// Wall-clock time since then, seconds.
     age: f64,
@@ -21,7 +21,7 @@ pub(super) struct Counts {
 }
 
 impl Counts {
-    /// Lets a frame pass, and counts again if it is time to.
+    /// Advances by a frame, and counts again if a count is due.
     fn refresh(
         &mut self,
         (run, watch): (&Run, &mut Watch),
@@ -43,7 +43,7 @@ impl Counts {
 }
 
 impl Session {
-    /// Looks at the run after a frame.
+    /// Updates the watch after a frame.
     pub(super) fn watch_over(&mut self, frame: Frame, stopwatch: &impl Fn() -> f64) {
         self.counts.refresh((&self.run, &mut self.watch), frame, stopwatch);
         if let Some(stable) = self.stability_light.stable(&self.run) {
@@ -52,24 +52,24 @@ impl Session {
         self.watch.look(self.run.runner());
     }
 
-    /// What went wrong in the run up to the state that is shown, in the order in which it was seen.
+    /// Returns the findings up to the shown state, in order of discovery.
     pub fn findings(&self) -> Vec<Finding> {
         self.watch.findings(self.runner())
     }
 
-    /// The change of the total energy since the run was changed or handled last, joules; `None`
-    /// while it is being worked out.
+    /// Returns the change of the total energy since the run was last changed or grabbed, joules;
+    /// `None` until a reading.
     pub fn energy_imbalance(&self) -> Option<f64> {
         self.energy().map(|_| self.watch.read().witness.imbalance())
     }
 
-    /// Whether any bodies touch each other or themselves.
+    /// Returns whether any bodies collide with each other or themselves.
     pub fn touches(&self) -> bool {
         on!(self.runner(), simulation => simulation.model().do_bodies_meet())
     }
 
-    /// Pairs of triangles of surfaces that cross, counted half a second ago or later; `None` while
-    /// they are being counted, and where nothing touches.
+    /// Returns the intersecting pairs of triangles at the last count; counts are at least half a
+    /// second apart. `None` until a count, and without colliding bodies.
     pub fn crossings(&self) -> Option<u64> {
         self.counts.last.as_ref()?.of(&self.run)?;
         self.watch.read().crossings

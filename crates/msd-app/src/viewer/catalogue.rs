@@ -5,23 +5,23 @@ use msd_scene::Loaded;
 /// A scene in the list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// What it is opened by.
+    /// Name that opens it.
     pub name: &'static str,
-    /// One line on what is seen.
+    /// Description in one line.
     pub title: &'static str,
 }
 
-/// The scenes of the list and how one is opened.
+/// The scenes of the list, with a function that opens one.
 #[derive(Clone, Debug)]
 pub struct Catalogue {
     /// The scenes, in the order of the list.
     pub entries: Vec<Entry>,
-    /// Opens one by its name; the error is a line for the user. `None` where it is opened elsewhere
-    /// and arrives later, by [`Viewer::show_link`](super::Viewer::show_link).
+    /// Opens a scene by name; the error is a line for the user. `None` if a worker opens it and
+    /// [`Viewer::show_link`](super::Viewer::show_link) gets it later.
     pub open: fn(&str) -> Option<Result<Loaded, String>>,
 }
 
-/// The built-in scenes.
+/// Returns the built-in scenes.
 pub fn catalogue() -> Catalogue {
     let entry = |scene: &msd_scene::Builtin| Entry { name: scene.name, title: scene.title };
     Catalogue {

@@ -1,11 +1,11 @@
-//! Commands: what a key or a button asks for.
+//! Commands of keys and buttons.
 
 use super::gesture::Tool;
 
-/// Something a key or a button asks for.
+/// A command of a key or a button.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
-    /// Pause or go on.
+    /// Pause or resume.
     TogglePause,
     /// Pause and take one step.
     StepForward,
@@ -13,45 +13,45 @@ pub enum Command {
     StepBack,
     /// Undo the last edit, pin, cut or freeze.
     Undo,
-    /// Do again what was undone last.
+    /// Redo the edit that was undone last.
     Redo,
-    /// Start the scene again, as its file is now.
+    /// Start the scene again from its current file.
     Restart,
     /// Read the file of the scene again.
     Reload,
-    /// Make the present shape the shape at rest.
+    /// Make the current shape the rest shape.
     Freeze,
-    /// Pin or free the particle under the pointer, or else the selected one.
+    /// Pin or free the hovered particle, or else the selected one.
     Pin,
     /// Show or hide the edges of surfaces.
     Wireframe,
-    /// Bring everything into view.
+    /// Bring the whole scene into view.
     FrameAll,
-    /// Turn the camera by so many steps to the right and up.
+    /// Turn the camera by this many steps to the right and up.
     Turn(i8, i8),
-    /// Come closer by so many steps.
+    /// Zoom in by this many steps.
     Closer(i8),
     /// Begin or end a recording.
     Record,
-    /// Take a picture of what is seen.
+    /// Save a picture of the current view.
     Picture,
     /// Open the built-in scene with this number, from 0.
     Scene(usize),
-    /// Choose what a left drag does; grabbing, where that was chosen already.
+    /// Choose the tool of a left drag; the grab, if this tool is already active.
     Tool(Tool),
-    /// Let go, deselect, grab again, close the help.
+    /// Release, deselect, return to the grab tool, close the help.
     Escape,
     /// Open or close the gallery.
     Open,
-    /// Save the run as it is.
+    /// Save the run in its current state.
     SaveRun,
     /// Save the scene with the values of the sliders.
     SaveScene,
-    /// Copy the command that shows what is seen.
+    /// Copy the command line for the current view.
     CopyCommand,
-    /// Offer the guide again.
+    /// Open the tour.
     Guide,
-    /// Let the window fill the screen, or give it back its size.
+    /// Switch full screen on or off.
     FullScreen,
     /// Show or hide the panels.
     Panels,

@@ -1,4 +1,4 @@
-//! Files of the viewer: scenes opened, runs and scenes saved, the command for what is seen.
+//! Files of the viewer: opening scenes, saving runs and scenes, and the command line for a view.
 
 use super::scene_text::{says, with_values};
 use super::{Command, Viewer};
@@ -12,19 +12,19 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// How often files are looked at for edits, seconds.
+/// Interval between checks for edited files, seconds.
 const WATCHED_EVERY: f64 = 0.25;
 
-/// Files as they were when they were read, by their times and lengths.
+/// Times and lengths of files when they were read.
 #[derive(Debug)]
 pub(super) struct FilesRead {
     stamps: Vec<Option<(SystemTime, u64)>>,
-    /// Wall-clock time since they were looked at, seconds.
+    /// Wall-clock time since the last check, seconds.
     since: f64,
 }
 
 impl FilesRead {
-    /// Files as they are now.
+    /// Reads the current state of files.
     pub(super) fn of(files: &[PathBuf]) -> Self {
         let stamp = |file: &PathBuf| {
             let data = file.metadata().ok()?;
@@ -34,22 +34,22 @@ impl FilesRead {
     }
 }
 
-/// What the session was made from.
+/// Source of the session.
 #[derive(Debug)]
 pub(super) struct SceneSource {
-    /// The scene that is not in the catalogue: of a file or a mesh.
+    /// A scene outside the catalogue, from a file or a mesh.
     pub(super) opened: Option<Loaded>,
-    /// What it was read from where that is no file on this machine, or why a link cannot hold it.
+    /// Its source if that is not a file on this machine, or the reason why a link cannot hold it.
     pub(super) own: Option<Result<OwnScene, String>>,
-    /// The entry of the catalogue that runs; `None` for the opened one.
+    /// The running entry of the catalogue; `None` for the opened scene.
     pub(super) current: Option<usize>,
-    /// The files of the scene, as they were when they were read.
+    /// The files of the scene at the time of reading.
     pub(super) watch: FilesRead,
 }
 
 impl Viewer {
-    /// Opens a scene file, a mesh or a saved run; returns whether it did. A line says why one
-    /// cannot be opened, and what runs goes on.
+    /// Opens a scene file, a mesh or a saved run; returns whether that succeeded. After an error,
+    /// which a line explains, the current run continues.
     pub fn open_path(&mut self, path: &Path) -> bool {
         match msd_scene::open(path) {
             Ok(loaded) => {
@@ -65,15 +65,14 @@ impl Viewer {
         }
     }
 
-    /// Whether a file of the scene has changed since it was read, and is there.
+    /// Returns whether an existing file of the scene has changed since it was read.
     pub fn is_edited(&self) -> bool {
         let now = FilesRead::of(&self.session.loaded().files);
         let mut pairs = now.stamps.iter().zip(&self.source.watch.stamps);
         pairs.any(|(now, read)| now.is_some() && now != read)
     }
 
-    /// Reads the scene again once a file of it was edited; `real` seconds of wall clock have
-    /// passed.
+    /// Reads the scene again after an edit of a file; `real` seconds of wall clock have passed.
     pub fn follow_files(&mut self, real: f64) {
         self.source.watch.since += real;
         if WATCHED_EVERY <= self.source.watch.since {
@@ -84,12 +83,12 @@ impl Viewer {
         }
     }
 
-    /// Starts the scene again as its file is now; camera, pause and what is selected stay. Where
-    /// the file is refused, what runs goes on. A scene of no file starts again as it was.
+    /// Restarts the scene from its current file; camera, pause and selection stay. If the file is
+    /// invalid, the current run continues. A scene without a file restarts unchanged.
     pub(super) fn reload(&mut self) {
         let files = self.session.loaded().files.clone();
         let Some(path) = files.first() else { return self.restart() };
-        // Before it is read: what is written meanwhile is another edit.
+        // Before the file is read: a write during the reading counts as another edit.
         self.source.watch = FilesRead::of(&files);
         let loaded = match msd_scene::open(path) {
             Ok(loaded) => loaded,
@@ -109,12 +108,12 @@ impl Viewer {
         }
     }
 
-    /// Begins or ends a recording, in a file of a name that is free.
+    /// Begins or ends a recording, in a file with a free name.
     pub(super) fn record(&mut self) {
         if let Some(name) = self.session.recording().map(str::to_owned) {
             self.session.stop_recording();
             let again = format!("recorded; to see it again: msd run --replay {}", word(&name));
-            // A file that could not be finished was told of.
+            // After a failure to finish the file, the refusal is already visible.
             self.note = self.session.refusal().is_none().then_some(again);
             return;
         }
@@ -124,7 +123,7 @@ impl Viewer {
         self.note = name.map(|name| format!("recording into {name}; F9 ends it"));
     }
 
-    /// Does what a command about files asks for.
+    /// Performs a command on files.
     pub(super) fn file_command(&mut self, command: Command) {
         let done = match command {
             Command::SaveRun => self.keep_run(),
@@ -142,7 +141,7 @@ impl Viewer {
         self.note = Some(done.unwrap_or_else(|why| why));
     }
 
-    /// Puts the link to what is seen on the clipboard, or says why there is none.
+    /// Copies the link to the current view to the clipboard, or notes why there is none.
     pub fn copy_link(&mut self) {
         self.note = Some(match self.link() {
             Ok(link) => {
@@ -153,18 +152,18 @@ impl Viewer {
         });
     }
 
-    /// A file of a name that is free, in the folder of the program.
+    /// Returns a file with a free name, in the folder of the program.
     fn free_path(&self, ending: &str) -> PathBuf {
         free(&self.folder, &self.session.loaded().name, ending)
     }
 
-    /// Saves the run as it is, and returns a line that says how to go on from there.
+    /// Saves the run, and returns a line that explains how to resume it.
     pub(crate) fn keep_run(&self) -> Result<String, String> {
         let name = shown(&self.save_run()?);
         Ok(format!("saved {name}; to go on from here: msd view {}", word(&name)))
     }
 
-    /// The run as it is and is looked at, to be saved: a wind in gusts goes on.
+    /// Returns the run with its current camera, for saving; a gusty wind continues.
     pub(crate) fn to_saved(&self) -> Loaded {
         let (loaded, wind) = (self.session.loaded(), self.session.wind());
         let mut now = self.session.runner().to_loaded(&loaded.name, &loaded.title);
@@ -176,7 +175,7 @@ impl Viewer {
         Loaded { camera: self.viewpoint(), ..now }
     }
 
-    /// Saves the run as it is and is looked at, and returns the file.
+    /// Saves the run with its current camera, and returns the file.
     fn save_run(&self) -> Result<PathBuf, String> {
         let path = self.free_path("msd");
         let save = || write_saved(&self.to_saved(), Output::create(&path)?);
@@ -184,7 +183,7 @@ impl Viewer {
         Ok(path)
     }
 
-    /// Saves the scene with the values of solver, material and world, and returns the file.
+    /// Saves the scene with the current solver, material and world, and returns the file.
     fn save_scene(&self) -> Result<PathBuf, String> {
         let (loaded, runner) = (self.session.loaded(), self.session.runner());
         let (made, set) = (self.session.material().made(), self.session.material().set());
@@ -195,7 +194,7 @@ impl Viewer {
             (Some(_), Some(builtin), _) => (builtin.text.to_owned(), self.folder.clone()),
             (_, _, Some(file)) => {
                 let text = std::fs::read_to_string(file).map_err(|error| error.to_string())?;
-                // Beside the old one, which names its meshes from there.
+                // In the folder of the old file, which its mesh paths are relative to.
                 (text, file.parent().unwrap_or(Path::new("")).to_owned())
             }
             _ => return Err(refused("it is not from a scene file in TOML")),
@@ -213,17 +212,17 @@ impl Viewer {
         if read.is_ok_and(|read| is_windy(&read) && says(&read, runner, made)) {
             return Ok(path);
         }
-        // A file that says something else would be a lie.
+        // A file with other values must not stay.
         std::fs::remove_file(&path).ok();
         Err(refused("its keys cannot say what was set"))
     }
 
-    /// The command that shows what is seen now: the scene and its solver, or where the run has gone
-    /// on, or was changed, a saved run.
+    /// Returns the command line for the current view: the scene and its solver or, if the run has
+    /// advanced or was edited, a saved run.
     fn command_line(&self) -> Result<String, String> {
         let (loaded, runner) = (self.session.loaded(), self.session.runner());
-        // What the name opens, which is not always what was opened: the command line may have
-        // said more.
+        // The scene that the name opens: the session may differ from it by options of the command
+        // line.
         let scene = match self.current() {
             Some(_) => Some(loaded.name.clone()),
             None => loaded.files.first().map(|file| shown(file)),
@@ -231,7 +230,7 @@ impl Viewer {
         let named = scene.and_then(|scene| Some((msd_scene::open(&scene).ok()?, scene)));
         let settings = runner.settings();
         let is_start = |written: &Loaded| {
-            // The command line divides frames, whatever the steps of the scene are.
+            // `--substeps` divides a frame, whatever the step of the scene is.
             let is_sayable = settings.step == written.settings.step
                 && (settings.step == Settings::default().step
                     || !options(written, runner).contains("--substeps"));
@@ -247,7 +246,7 @@ impl Viewer {
     }
 }
 
-/// The options by which a scene is stepped otherwise than its author wants.
+/// Returns the options for the solver of a run, where it differs from that of the scene.
 fn options(loaded: &Loaded, runner: &Runner) -> String {
     let changed = runner.solver().row().but_for(&loaded.solver().row());
     let method = runner.integrator();
@@ -282,7 +281,7 @@ pub(super) fn shown(path: &Path) -> String {
     path.to_string_lossy().into_owned()
 }
 
-/// A word for a shell: in quotes where it would be several.
+/// Quotes a text for a shell, if it needs quotes.
 fn word(text: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "-_./".contains(c);
     if text.chars().all(is_plain) {

@@ -1,5 +1,5 @@
-//! A film of the last seconds: the states that one can look back to, drawn and written on a thread
-//! of its own, while the run goes on.
+//! A film of the last seconds: the states of the history, rendered and written by a thread while
+//! the run continues.
 
 use super::Viewer;
 use super::files::{free, shown};
@@ -15,25 +15,25 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::JoinHandle;
 
-/// From one frame of a film to the next, seconds, unless steps are longer.
+/// Time between two frames of a film, seconds, unless steps are longer.
 const EVERY: f64 = 1.0 / 30.0;
-/// The longest side of a film, pixels.
+/// Largest side of a film, pixels.
 const LONGEST: f32 = 1920.0;
 
-/// What a film is written as.
+/// Format of a film.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FilmFormat {
     /// An animated WebP.
     WebP,
-    /// A PNG per frame, in a folder, without loss.
+    /// A PNG per frame, in a folder, lossless.
     Png,
-    /// What ffmpeg makes of them.
+    /// A film encoded by ffmpeg.
     Mp4,
-    /// A PNG of what is seen now.
+    /// A PNG of the current view.
     Picture,
 }
 
-/// A film that is being written.
+/// A film in progress.
 #[derive(Debug)]
 pub struct Filming {
     name: String,
@@ -49,17 +49,17 @@ struct Progress {
 }
 
 impl Filming {
-    /// Frames that are written, and all of them.
+    /// Returns the number of written frames, and of all.
     pub fn progress(&self) -> [usize; 2] {
         [self.progress.done.load(Ordering::Relaxed), self.frames]
     }
 
-    /// Ends it at the next frame.
+    /// Cancels the film at the next frame.
     pub fn cancel(&self) {
         self.progress.is_cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// What came of it, in a line for the user; nothing while it is being written.
+    /// Returns the result in a line for the user; `None` while the film is in progress.
     fn end(&mut self) -> Option<String> {
         let done = self.thread.take_if(|thread| thread.is_finished())?.join();
         let [frames, _] = self.progress();
@@ -75,19 +75,19 @@ impl Filming {
 }
 
 impl Drop for Filming {
-    /// No part of a file is left behind.
+    /// A cancelled film leaves no partial file.
     fn drop(&mut self) {
         self.cancel();
         self.thread.take().map(JoinHandle::join);
     }
 }
 
-/// What is to be filmed, and how.
+/// Content and format of a film.
 struct Reel {
     runner: Runner,
     moments: Vec<Moment>,
     view: View,
-    /// How far beside the middle of everything the camera looks, where it follows that.
+    /// Offset of the target from the centre of the bodies, if the camera follows them.
     beside: Option<Vec3>,
     about: About,
     path: PathBuf,
@@ -95,7 +95,7 @@ struct Reel {
 }
 
 impl Reel {
-    /// Draws and writes frame by frame.
+    /// Renders and writes frame by frame.
     fn shoot(mut self, progress: &Progress) -> Result<(), String> {
         let told = |error: &dyn Display| error.to_string();
         let [width, height] = self.about.size;
@@ -122,8 +122,8 @@ impl Reel {
 }
 
 impl Viewer {
-    /// Begins a film of the states that one can look back to, as they are looked at now, in a file
-    /// of a name that is free.
+    /// Begins a film of the states of the history with the current view, in a file with a free
+    /// name.
     pub fn film(&mut self, format: FilmFormat) {
         if self.filming.is_none() {
             match self.begin_film(format) {
@@ -163,7 +163,7 @@ impl Viewer {
                 true => self.session.states(stride),
                 false => vec![self.session.runner().moment()],
             },
-            // The legend is in the pictures, as they have no panels.
+            // The film has no panels, so the legend is part of the picture.
             view: View { camera: self.camera, style: Style { legend: true, ..self.style } },
             beside: self.aim.follow.then(|| self.beside_middle()),
             about,
@@ -180,7 +180,7 @@ impl Viewer {
         Ok(Filming { name: shown(&path), frames, progress, thread: Some(thread) })
     }
 
-    /// Tells of a film that has ended; whether one is still being written.
+    /// Shows the result of a finished film; returns whether one is in progress.
     pub fn follow_film(&mut self) -> bool {
         if let Some(told) = self.filming.as_mut().and_then(Filming::end) {
             (self.note, self.filming) = (Some(told), None);

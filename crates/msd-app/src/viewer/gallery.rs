@@ -1,22 +1,22 @@
-//! The gallery: built-in scenes and the files of a folder, with a small picture of each.
+//! The gallery: built-in scenes and the files of a folder, with a thumbnail of each.
 
 use std::path::Path;
 
-/// Width and height of a small picture, pixels.
+/// Width and height of a thumbnail, pixels.
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) const PICTURE: [u32; 2] = [192, 120];
-/// The most files of a folder that are listed.
+/// Largest number of listed files.
 const MOST_FILES: usize = 60;
-/// Endings of files that can be opened.
+/// Extensions of files that can be opened.
 const ENDINGS: [&str; 8] = ["toml", "json", "obj", "stl", "ply", "gltf", "glb", "msd"];
 
-/// A scene that the gallery offers.
+/// A scene of the gallery.
 pub struct Picture {
-    /// What it is opened by.
+    /// Name that opens it.
     pub name: String,
-    /// One line on what is seen; nothing of a file before it was opened.
+    /// Description in one line; empty for a file that has not been opened.
     pub title: String,
-    /// Its picture, once there is one.
+    /// The thumbnail, once it is rendered.
     pub texture: Option<egui::TextureHandle>,
 }
 
@@ -31,9 +31,9 @@ impl std::fmt::Debug for Picture {
 pub struct Gallery {
     /// The scenes: built-in ones, then those of the folder.
     pub pictures: Vec<Picture>,
-    /// The path that is being typed.
+    /// The path in the text field.
     pub path: String,
-    /// Whether it was just opened: the keyboard goes to the path.
+    /// Whether it was just opened: the path gets the focus.
     pub(crate) is_new: bool,
     #[cfg(not(target_arch = "wasm32"))]
     painter: painter::Painter,
@@ -41,7 +41,7 @@ pub struct Gallery {
 
 impl Gallery {
     /// Lists the built-in scenes and the scenes, meshes and saved runs of a folder, and begins to
-    /// open them for their pictures.
+    /// open them for their thumbnails.
     pub(super) fn open(builtin: &[super::Entry], folder: &Path) -> Self {
         let builtin = builtin.iter().map(|entry| (entry.name.to_owned(), entry.title.to_owned()));
         let files = files(folder).into_iter().map(|file| (file, String::new()));
@@ -56,7 +56,7 @@ impl Gallery {
         }
     }
 
-    /// Whether pictures are to come; a browser draws none.
+    /// Returns whether thumbnails are pending; a browser renders none.
     pub(crate) fn is_busy(&self) -> bool {
         #[cfg(not(target_arch = "wasm32"))]
         let is_busy = self.painter.is_busy();
@@ -65,7 +65,7 @@ impl Gallery {
         is_busy
     }
 
-    /// Draws the next picture by the device of the window.
+    /// Renders the next thumbnail on the device of the window.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn draw_next(&mut self, gpu: &msd_render::Gpu, ctx: &egui::Context) {
         if let Some((row, image)) = self.painter.draw_next(gpu)
@@ -77,16 +77,16 @@ impl Gallery {
     }
 }
 
-/// The files of a folder that may be scenes, in the order of their names.
+/// Returns the files of a folder that may be scenes, sorted by name.
 fn files(folder: &Path) -> Vec<String> {
-    // The folder that the program was started in has no name.
+    // The path of the current folder is empty.
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let entries = std::fs::read_dir(here).into_iter().flatten().flatten();
     let names = entries.filter_map(|entry| {
         let path = folder.join(entry.file_name());
         let ending = path.extension()?.to_str()?.to_ascii_lowercase();
         let is_file = ENDINGS.contains(&ending.as_str()) && path.is_file();
-        // Other programs have files in these formats too.
+        // Other programs use these formats too.
         let is_ours = !matches!(ending.as_str(), "toml" | "json") || is_scene(&path);
         (is_file && is_ours).then(|| path.to_string_lossy().into_owned())
     });
@@ -96,7 +96,7 @@ fn files(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Whether a text looks like a scene: it says a version and has bodies.
+/// Returns whether a text looks like a scene: it has a version and bodies.
 fn is_scene(path: &Path) -> bool {
     const LARGEST: u64 = 1 << 20;
     let is_small = path.metadata().is_ok_and(|data| data.len() <= LARGEST);
@@ -107,7 +107,7 @@ fn is_scene(path: &Path) -> bool {
 
 #[cfg(not(target_arch = "wasm32"))]
 mod painter {
-    //! Small pictures: a thread opens the scenes, and the window draws them by its own device.
+    //! Thumbnails: a thread opens the scenes, and the window renders them on its own device.
 
     use super::super::{go_to, turn_to, usual_colours};
     use super::PICTURE;
@@ -117,7 +117,7 @@ mod painter {
     use msd_scene::Viewpoint;
     use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
 
-    /// A scene at its start, by its row, and how it is drawn.
+    /// A scene in its initial state, with its row and its style.
     #[derive(Debug)]
     struct Opened {
         row: usize,
@@ -126,11 +126,11 @@ mod painter {
         viewpoint: Viewpoint,
     }
 
-    /// Draws the starts of scenes, one a frame. Only opened by the thread: a driver (Mesa's) that
-    /// is at work in a thread while the process ends takes the process down with it.
+    /// Renders the initial states of scenes, one per frame. The thread only opens them: a driver
+    /// (Mesa's) that works in a thread at the end of the process crashes the process.
     #[derive(Debug)]
     pub(super) struct Painter {
-        /// The scenes with their rows, as they are opened; nothing once all were.
+        /// The opened scenes; `None` after the last one.
         opened: Option<Receiver<Opened>>,
         screen: Option<Offscreen>,
     }
@@ -138,7 +138,7 @@ mod painter {
     impl Painter {
         /// Begins to open scenes.
         pub(super) fn start(names: Vec<String>) -> Self {
-            // The next one is opened while one waits to be drawn: they may be large.
+            // One scene ahead of the rendering: they may be large.
             let (sender, receiver) = sync_channel(1);
             let work = move || {
                 for (row, name) in names.iter().enumerate() {
@@ -153,12 +153,12 @@ mod painter {
             Painter { opened: thread.is_ok().then_some(receiver), screen: None }
         }
 
-        /// Whether more is to come.
+        /// Returns whether more scenes are pending.
         pub(super) fn is_busy(&self) -> bool {
             self.opened.is_some()
         }
 
-        /// Draws the next scene, if one was opened: its row and its picture.
+        /// Renders the next opened scene; returns its row and its thumbnail.
         pub(super) fn draw_next(&mut self, gpu: &Gpu) -> Option<(usize, ColorImage)> {
             match self.opened.as_ref()?.try_recv() {
                 Ok(opened) => Some((opened.row, self.draw(gpu, &opened)?)),
@@ -190,7 +190,7 @@ mod painter {
         }
     }
 
-    /// Opens a scene; nothing where that cannot be done: a click says why.
+    /// Opens a scene; `None` after an error, which a click on the scene reports.
     fn open(row: usize, name: &str) -> Option<Opened> {
         let loaded = msd_scene::open(name).ok()?;
         let colour_by = usual_colours(&loaded.name);

@@ -1,69 +1,69 @@
-//! Mouse gestures over the 3D view, from press to release, and the tool that decides which.
+//! Mouse gestures over the 3D view, from press to release, and the tool that selects them.
 
 use super::Side;
 use egui::{PointerButton, Pos2};
 use glam::Vec3;
 
-/// What a drag with the left button does over the 3D view.
+/// Tool of a drag with the left button over the 3D view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tool {
-    /// Takes the particle or the solid under the pointer; beside them it turns the camera.
+    /// Grabs the particle or the solid under the pointer; on empty space it orbits.
     #[default]
     Grab,
-    /// Draws a box: the particles in it are taken together from then on.
+    /// Draws a box and selects the particles in it as a group.
     Select,
-    /// Cuts every spring that it crosses in the picture.
+    /// Cuts every spring that it crosses on the screen.
     Cut,
 }
 
-/// What the pointer does in the picture.
+/// State of the pointer over the 3D view.
 #[derive(Debug, Default)]
 pub struct PointerState {
-    /// What a left drag does.
+    /// Tool of a left drag.
     pub tool: Tool,
-    /// What the mouse does between press and release.
+    /// Gesture between press and release.
     pub(crate) gesture: Option<Gesture>,
-    /// Where a cut went so far, points of the window.
+    /// Path of a cut so far, points of the window.
     pub(crate) stroke: Vec<Pos2>,
-    /// The particle under the pointer.
+    /// The hovered particle.
     pub(crate) hovered: Option<usize>,
-    /// The solid under the pointer, if no particle is.
+    /// The hovered solid, if no particle is hovered.
     pub(crate) hovered_solid: Option<usize>,
 }
 
-/// What a pressed button does until it is released.
+/// A gesture from press to release.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Gesture {
     pub(crate) button: PointerButton,
-    /// Where the pointer was when the last motion was applied.
+    /// Position of the pointer at the last applied motion.
     ///
-    /// egui's own delta holds, in the frame of the press, the motion before the press too.
+    /// In the frame of the press, egui's own delta includes the motion before the press.
     pub(crate) last: Pos2,
-    /// Where it began: it goes on by the picture of that side.
+    /// Side where it began, whose viewport it uses until its end.
     pub(crate) side: Side,
     pub(crate) action: Action,
 }
 
-/// What a drag does.
+/// Effect of a drag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Action {
-    /// Turns the camera.
+    /// Orbits the camera.
     Orbit,
-    /// Moves the camera sideways.
+    /// Pans the camera.
     Pan,
-    /// Draws a box from here.
+    /// Draws a box.
     Select {
-        /// The corner where it began, points of the window.
+        /// The first corner, points of the window.
         from: Pos2,
     },
     /// Cuts springs.
     Cut,
     /// Drags a particle or a solid in the plane through `through` that faces the camera; its target
-    /// stays `offset` away from the pointer, as it was when it was taken.
+    /// keeps the initial `offset` from the pointer.
     Grab {
-        /// Where it was taken, metres.
+        /// Position at the grab, metres.
         through: Vec3,
-        /// From the pointer to the target, metres.
+        /// Offset from the pointer to the target, metres.
         offset: Vec3,
     },
 }

@@ -1,19 +1,19 @@
-//! The guide: five steps that a new user takes with the real controls.
+//! The tour: five steps of a new user with the real controls.
 
 use crate::session::{ErrorNow, Session};
 
-/// The steps of the guide, in order.
+/// The steps of the tour, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GuideStep {
-    /// Grab it and throw it.
+    /// Grab a body and throw it.
     Grab,
-    /// Make it stiffer until the step is too long for it.
+    /// Make it stiffer until the step exceeds the limit.
     Stiffen,
-    /// Watch it blow up.
+    /// Watch it diverge.
     BlowUp,
-    /// Take a way out.
+    /// Apply a recovery option.
     Mend,
-    /// See what is left of the error, and what a step costs.
+    /// See the remaining error, and the cost of a step.
     Cost,
 }
 
@@ -22,7 +22,7 @@ impl GuideStep {
     pub const ALL: [GuideStep; 5] =
         [GuideStep::Grab, GuideStep::Stiffen, GuideStep::BlowUp, GuideStep::Mend, GuideStep::Cost];
 
-    /// What is to be done, or, where it was, what happened: one sentence.
+    /// Returns the instruction or, once the step is done, its result: one sentence.
     fn text(self, is_reached: bool) -> &'static str {
         match self {
             GuideStep::Grab => "Press on the body, drag it, and let go to throw it.",
@@ -41,13 +41,13 @@ impl GuideStep {
         }
     }
 
-    /// How long it stays once it was done, seconds: stiff springs blow up before one has read that
-    /// they will.
+    /// Returns how long the step stays after it is done, seconds: stiff springs diverge before the
+    /// user has read the instruction.
     fn stay(self) -> f64 {
         if self == GuideStep::BlowUp { 4.0 } else { 0.0 }
     }
 
-    /// Whether a session shows that it was done; `held` says whether something was held before.
+    /// Returns whether the step is done; `held` is whether a particle was held in the last frame.
     fn is_done(self, session: &Session, held: bool) -> bool {
         let share = session.stability().map(|(share, _)| share);
         match self {
@@ -64,33 +64,33 @@ impl GuideStep {
     }
 }
 
-/// How far a user has got in the guide.
+/// Progress of a user in the tour.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Guide {
     done: usize,
     held: bool,
-    /// How long ago the present step was done, seconds.
+    /// Time since the current step was done, seconds.
     reached: Option<f64>,
 }
 
 impl Guide {
-    /// The step to take now; `None` once all are done.
+    /// Returns the current step; `None` once all are done.
     pub fn step(&self) -> Option<GuideStep> {
         GuideStep::ALL.get(self.done).copied()
     }
 
-    /// The sentence of the step to take now.
+    /// Returns the sentence of the current step.
     pub fn text(&self) -> Option<&'static str> {
         self.step().map(|step| step.text(self.reached.is_some()))
     }
 
-    /// Steps that were done.
+    /// Returns the number of completed steps.
     pub fn done(&self) -> usize {
         self.done
     }
 
-    /// Looks at a session, once per frame; `real` is how long the frame before was shown, seconds.
-    /// Returns how long the step that was done stays, seconds.
+    /// Checks a session, once per frame; `real` is the duration of the last frame, seconds. Returns
+    /// how long the completed step stays, seconds.
     pub fn follow(&mut self, session: &Session, real: f64) -> Option<f64> {
         let held = std::mem::replace(&mut self.held, session.held().is_some());
         let step = self.step()?;

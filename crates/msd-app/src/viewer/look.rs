@@ -1,4 +1,4 @@
-//! The camera of a viewer: on everything, after it as it moves, or as it was left.
+//! The camera of a viewer: framing and following the scene, and its last view.
 
 use super::{Outlook, Viewer};
 use glam::Vec3;
@@ -6,33 +6,32 @@ use msd_render::Camera;
 use msd_run::on;
 use msd_scene::Viewpoint;
 
-/// How soon the camera follows, seconds.
+/// Time constant of the following camera, seconds.
 const FOLLOW_TIME: f64 = 0.2;
 
-/// How far the camera falls behind at most, as a part of its distance: what is fast stays in the
-/// picture.
+/// Largest lag of the camera, relative to its distance, so that fast bodies stay in view.
 const BEHIND: f32 = 0.25;
 
-/// The camera is where it goes once it is as near as this part of its distance: a fraction of a
-/// pixel.
+/// Distance from the destination, relative to that of the target, at which the camera has arrived:
+/// a fraction of a pixel.
 const ARRIVED: f32 = 2e-4;
 
-/// A scene that is so many times as large as at its start has blown up.
+/// Growth of a scene since its start that counts as divergence.
 const DEBRIS: f64 = 10.0;
 
-/// What the camera follows.
+/// Target of the camera.
 #[derive(Debug)]
 pub struct Aim {
-    /// Whether it keeps everything in the middle of the picture.
+    /// Whether the camera keeps the scene in the middle of the view.
     pub follow: bool,
-    /// Whether the scene is to be brought into view once the size of the window is known.
+    /// Whether the scene will be framed once the size of the window is known.
     pub(super) unframed: bool,
-    /// The camera as it brought the scene into view.
+    /// The camera after the scene was framed.
     pub(super) framed: Camera,
-    /// Where it was left looking, and how far beside everything the user moved it.
+    /// Last target, and its offset from the centre of the scene by the user.
     pub(super) aimed: Vec3,
     pub(super) beside: Vec3,
-    /// Whether it is still on its way.
+    /// Whether the camera is still moving.
     pub(super) is_gliding: bool,
 }
 
@@ -44,37 +43,37 @@ impl Default for Aim {
 }
 
 impl Viewer {
-    /// Brings every particle, the solids near by and the ground below into view.
+    /// Frames every particle, nearby solids and the ground below.
     pub fn frame_all(&mut self) {
         let Some(subject) = self.subject() else { return };
         let rect = self.viewport().rect;
         let aspect = if rect.is_positive() { rect.aspect_ratio() } else { 1.5 };
         self.camera.frame(subject, aspect);
-        // Room for what it is about to do.
+        // Extra space for the motion to come.
         self.camera.zoom(1.35);
         (self.aim.aimed, self.aim.beside) = (self.camera.target, Vec3::ZERO);
     }
 
-    /// The box around every particle, the solids near by and the ground below: low and high corner,
-    /// metres.
+    /// Returns the box around every particle, nearby solids and the ground below: low and high
+    /// corner, metres.
     pub(super) fn subject(&self) -> Option<(Vec3, Vec3)> {
         let runner = self.session.runner();
         let (mut low, high) =
             on!(runner, simulation => msd_render::bounds_with_solids(&simulation.snapshot()))?;
         let room = (high - low).max_element().max(1.0);
         if let Some(ground) = self.ground() {
-            // Ground far below is left out: the scene would be a dot.
+            // Ground far below is ignored: the scene would be a dot.
             low.y = low.y.min(ground.max(low.y - room));
         }
         Some((low, high))
     }
 
-    /// The height of the highest level plane, metres.
+    /// Returns the height of the highest horizontal plane, metres.
     fn ground(&self) -> Option<f32> {
         on!(self.session.runner(), simulation => msd_render::ground(&simulation.snapshot()))
     }
 
-    /// Brings a new scene into view once the size of the window is known.
+    /// Frames a new scene once the size of the window is known.
     pub(crate) fn frame_once(&mut self) {
         if self.aim.unframed && self.layout.rect.is_positive() {
             self.aim.unframed = false;
@@ -82,7 +81,7 @@ impl Viewer {
             let viewpoint = self.session.loaded().camera;
             turn_to(&mut self.camera, viewpoint);
             self.frame_all();
-            // Beside the middle of everything, which a camera that follows is aimed at.
+            // After `frame_all`, so that another target counts as an offset from the centre.
             go_to(&mut self.camera, viewpoint);
             self.aim.framed = self.camera;
             if let Some(&outlook) = self.preferences.cameras.get(&self.session.loaded().name) {
@@ -91,10 +90,10 @@ impl Viewer {
         }
     }
 
-    /// Looks at the scene as it was looked at before. A camera that follows is where it would go:
-    /// the middle was elsewhere when it was left.
+    /// Restores the last camera of the scene. A following one starts at its destination, as the
+    /// centre may have moved since.
     fn look_again(&mut self, outlook: Outlook) {
-        // A scene may say where its own camera looks; all of it was framed before.
+        // The centre from `frame_all`: the viewpoint of the scene may have another target.
         let middle = self.aim.aimed;
         self.camera = outlook.camera();
         if self.aim.follow {
@@ -104,7 +103,7 @@ impl Viewer {
         self.aim.aimed = self.camera.target;
     }
 
-    /// From where the scene is looked at now.
+    /// Returns the current viewpoint.
     pub(super) fn viewpoint(&self) -> Viewpoint {
         let Camera { target, distance, yaw, pitch, .. } = self.camera;
         let degrees = |radians: f32| Some(f64::from(radians).to_degrees());
@@ -116,7 +115,7 @@ impl Viewer {
         }
     }
 
-    /// Remembers how the scene is looked at, if the user chose that.
+    /// Stores the camera of the scene, if the user has moved it.
     pub(super) fn keep_camera(&mut self) {
         let look = |camera: &Camera| (camera.yaw, camera.pitch, camera.distance);
         let is_moved =
@@ -127,11 +126,11 @@ impl Viewer {
         }
     }
 
-    /// Lets the camera keep up, once per frame, after the steps; `real` is the wall-clock time of
-    /// the frame in seconds.
+    /// Moves the camera, once per frame, after the steps; `real` is the wall-clock time of the
+    /// frame in seconds.
     ///
-    /// It turns to the middle of everything, not only as far as that moved: what was dragged
-    /// away comes back into the picture. A camera that the user moved aside stays aside.
+    /// It moves to the centre of the scene, not only by the motion of the centre: dragged bodies
+    /// return into view. An offset by the user stays.
     pub fn look(&mut self, real: f64) {
         self.sharpness.follow(self.quality, self.session.pace());
         if self.layout.side_by_side && self.session.twin().is_none() {
@@ -147,12 +146,12 @@ impl Viewer {
             self.aim.beside = Vec3::ZERO;
             return;
         }
-        // While something is held the picture stays still.
+        // The view stays still during a grab.
         if self.session.is_holding() {
             return;
         }
         let Some((low, high)) = self.subject() else { return };
-        // Debris is not followed: what is left is where the rest was.
+        // The camera does not follow debris.
         let size = on!(self.session.runner(), simulation => simulation.model().size());
         if DEBRIS * size < f64::from((high - low).max_element()) {
             return;
@@ -167,10 +166,10 @@ impl Viewer {
         }
     }
 
-    /// How far beside the middle of everything a camera that follows looks, metres.
+    /// Returns the offset of a following camera from the centre of the bodies, metres.
     #[cfg(not(target_arch = "wasm32"))]
     pub(super) fn beside_middle(&self) -> Vec3 {
-        // The middle that it follows has the ground below in it.
+        // The centre that it follows includes the ground below.
         let everything = self.subject().map_or(Vec3::ZERO, |(low, high)| (low + high) * 0.5);
         let bodies = on!(self.session.runner(), simulation => {
             msd_render::bounds(&simulation.snapshot())
@@ -179,20 +178,20 @@ impl Viewer {
         self.aim.beside + everything - bodies
     }
 
-    /// Whether the camera is still on its way to what it follows, and wants more frames.
+    /// Returns whether the camera is still moving, and so needs more frames.
     pub fn is_gliding(&self) -> bool {
         self.aim.is_gliding
     }
 }
 
-/// Turns a camera as the author of a scene wants it.
+/// Rotates a camera to the viewpoint of a scene.
 pub fn turn_to(camera: &mut Camera, Viewpoint { yaw_deg, pitch_deg, .. }: Viewpoint) {
     let radians = |degrees: f64| degrees.to_radians() as f32;
     camera.yaw = yaw_deg.map_or(camera.yaw, radians);
     camera.pitch = pitch_deg.map_or(camera.pitch, radians);
 }
 
-/// Moves a camera to where the author of a scene wants it.
+/// Moves a camera to the viewpoint of a scene.
 pub fn go_to(camera: &mut Camera, Viewpoint { target, distance, .. }: Viewpoint) {
     let vector = |place: [f64; 3]| Vec3::from_array(place.map(|part| part as f32));
     camera.target = target.map_or(camera.target, vector);

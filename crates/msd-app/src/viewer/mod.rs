@@ -1,4 +1,4 @@
-//! A session and how it is looked at: camera, view settings, the list of scenes, commands.
+//! A session and its view: camera, style, the list of scenes, commands.
 
 mod catalogue;
 mod viewport;
@@ -43,74 +43,74 @@ use shown::{show_bits, shown_bits};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// The session and how it is looked at. Drawn by [`crate::panel::show`].
+/// The session and its view. Drawn by [`crate::panel::show`].
 #[derive(Debug)]
 pub struct Viewer {
-    /// What runs.
+    /// The running scene.
     pub session: Session,
-    /// What it was made from.
+    /// Its source.
     source: SceneSource,
-    /// From where it is seen.
+    /// The camera.
     pub camera: Camera,
-    /// What the camera follows.
+    /// Target of the camera.
     pub aim: Aim,
-    /// What of it is shown.
+    /// Visible parts and colours.
     pub style: Style,
-    /// How much a picture may cost, by what draws it.
+    /// Quality of the graphics, limited by the adapter.
     pub quality: Quality,
-    /// Whether it has half of the resolution.
+    /// Whether the view has half the resolution.
     pub sharpness: Sharpness,
     /// The scenes of the list.
     pub catalogue: Catalogue,
-    /// What is around the picture.
+    /// State of the panels and overlays.
     pub layout: Layout,
-    /// What the pointer does in the picture.
+    /// State of the pointer over the view.
     pub hand: PointerState,
-    /// What is remembered from one start to the next.
+    /// Settings that persist between sessions.
     pub preferences: Preferences,
-    /// The film that is being written.
+    /// The film in progress.
     #[cfg(not(target_arch = "wasm32"))]
     pub filming: Option<Filming>,
-    /// What the system is to do.
+    /// Requests to the system.
     pub wishes: Wishes,
-    /// What was done last, for the user.
+    /// Last message for the user.
     pub note: Option<String>,
-    /// Where recordings go: the folder that the program was started in.
+    /// Folder of recordings: the one in which the program was started.
     pub folder: PathBuf,
 }
 
-/// What is around the picture.
+/// State of the panels and overlays.
 #[derive(Debug)]
 pub struct Layout {
-    /// Whether a twin is shown beside the run, not as points over it.
+    /// Whether a twin is beside the run, not a ghost over it.
     pub side_by_side: bool,
     /// Whether the panels are shown.
     pub panels: bool,
-    /// The panel that a small screen shows, a row of the list of [`crate::panel`].
+    /// The panel on a small screen, an index into the list of [`crate::panel`].
     pub(crate) sheet: usize,
-    /// Whether fingers press what there is, not a mouse.
+    /// Whether the input is by touch.
     pub by_touch: bool,
-    /// Whether the page around the window has buttons of its own, which need not be here twice.
+    /// Whether the page around the window has buttons, which the window then omits.
     pub in_page: bool,
     /// Whether the panels are light.
     pub light: bool,
-    /// Whether how bodies look can be set: the controls of it take room.
+    /// Whether the controls of looks are open.
     pub looks: bool,
     /// Whether the help is open.
     pub help: bool,
-    /// Whether the hint for new users is shown: until something was grabbed.
+    /// Whether the hint for new users is visible: until the first grab.
     pub hint: bool,
-    /// The guide, while it is offered.
+    /// The tour, if it is open.
     pub guide: Option<Guide>,
-    /// The gallery, while it is open.
+    /// The gallery, if it is open.
     pub gallery: Option<Gallery>,
     /// Whether the scene fills the window, without panels.
     pub bare: bool,
-    /// Whether the panel of numbers is longer than the window.
+    /// Whether the right panel is longer than the window.
     pub(crate) is_folded: bool,
-    /// The part of the window that shows the scene, points.
+    /// The area of the 3D view, points.
     pub rect: Rect,
-    /// Where widgets are, points: for tests that drive the window from outside.
+    /// Areas of widgets, points, for tests that control the window from outside.
     pub landmarks: BTreeMap<&'static str, Rect>,
 }
 
@@ -136,38 +136,38 @@ impl Default for Layout {
     }
 }
 
-/// What the system is to do for the user.
+/// Requests to the system.
 #[derive(Debug, Default)]
 pub struct Wishes {
-    /// A text that is to be put on the clipboard.
+    /// A text for the clipboard.
     pub clipboard: Option<String>,
-    /// Whether the window is to fill the screen.
+    /// Whether the window is in full screen.
     pub full_screen: bool,
-    /// Whether the user asked to close the window.
+    /// Whether the user has requested to close the window.
     pub quit: bool,
 }
 
-/// What colours stand for in a scene unless the user says otherwise: in the flat squares the
-/// springs are what there is to see.
+/// Returns the default colours of a scene: strain in the flat squares, which consist mostly of
+/// springs.
 pub fn usual_colours(name: &str) -> Option<Quantity> {
     matches!(name, "square" | "square4").then_some(Quantity::Strain)
 }
 
-/// The angle that a key turns the camera by, radians, and the exponent that it zooms by.
+/// Angle by which a key turns the camera, radians, and exponent by which it zooms.
 const TURN: f32 = 0.1;
 
 impl Viewer {
-    /// Looks at a scene.
+    /// Creates a viewer of a scene.
     ///
     /// # Errors
     /// See [`Session::new`].
     pub fn new(loaded: Loaded, catalogue: Catalogue) -> Result<Self, msd_core::Error> {
-        // By the title too: a file may have the name of a built-in scene.
+        // By title too: a file may have the name of a built-in scene.
         let is_built_in = loaded.files.is_empty();
         let is_loaded = |entry: &Entry| {
             is_built_in && (entry.name, entry.title) == (&*loaded.name, &*loaded.title)
         };
-        // A saved run of a built-in scene is another scene: one may return to it.
+        // A saved run of a built-in scene counts as another scene, to which the user can return.
         let listed = catalogue.entries.iter().position(is_loaded);
         let current = listed.filter(|_| loaded.progress.is_none());
         let colour_by = usual_colours(&loaded.name);
@@ -196,17 +196,17 @@ impl Viewer {
         })
     }
 
-    /// The name of the 3D view among egui's widgets.
+    /// Returns egui's id of the 3D view.
     pub(crate) fn view_id() -> egui::Id {
         egui::Id::unique("view")
     }
 
-    /// Whether keys are for a control: nothing typed over the gallery is for the scene behind it.
+    /// Returns whether a control takes the keys: the gallery blocks the shortcuts of the scene.
     pub fn takes_keys(&self, context: &egui::Context) -> bool {
         context.egui_wants_keyboard_input() || self.layout.gallery.is_some()
     }
 
-    /// Does what a key or a button asks for.
+    /// Performs the command of a key or a button.
     pub fn command(&mut self, command: Command) {
         let session = &mut self.session;
         match command {
@@ -257,7 +257,7 @@ impl Viewer {
             Command::SaveRun | Command::SaveScene | Command::CopyCommand => {
                 self.file_command(command);
             }
-            // It names controls of the panels.
+            // The tour refers to controls in the panels.
             Command::Guide => {
                 (self.layout.guide, self.layout.panels) = (Some(Guide::default()), true)
             }
@@ -274,20 +274,20 @@ impl Viewer {
         self.session.restart();
     }
 
-    /// Shows the state so many steps before the latest one.
+    /// Shows the state `back` steps before the latest one.
     pub fn look_back(&mut self, back: usize) {
         self.let_go();
         self.session.look_back(back);
     }
 
-    /// Takes a way out of a run that stopped by itself.
+    /// Applies a recovery option after a divergence.
     pub fn take(&mut self, offer: Offer) {
         self.let_go();
         self.session.take(offer);
         self.style.full_scale = None;
     }
 
-    /// Lets colours stand for a quantity, or bodies have their own. An error is estimated then.
+    /// Colours by a quantity, or by body. The error switches on its estimate.
     pub fn colour_by(&mut self, quantity: Option<Quantity>) {
         (self.style.colour_by, self.style.full_scale) = (quantity, None);
         if quantity == Some(Quantity::Error) {
@@ -295,7 +295,7 @@ impl Viewer {
         }
     }
 
-    /// The scale of the colours; none where bodies have their own, as while an error is not known.
+    /// Returns the colour scale; `None` for the colours of bodies, as until an error is known.
     pub fn scale(&self) -> Option<Scale> {
         let quantity = self.style.colour_by?;
         if quantity == Quantity::Error {
@@ -305,8 +305,8 @@ impl Viewer {
         Some(Scale { quantity, full })
     }
 
-    /// Chooses the end of the scale for what is about to be drawn. It only grows, until the scene
-    /// is started anew: colours that flicker between two scales show nothing.
+    /// Sets the end of the scale for the next frame. Within a run it only grows: colours that
+    /// flicker between two scales would not be readable.
     pub(crate) fn choose_scale(&mut self) {
         let Some(quantity) = self.style.colour_by else { return };
         let largest = match quantity {
@@ -318,13 +318,13 @@ impl Viewer {
         }
     }
 
-    /// The error of each particle, metres, as far as it is known and to be shown.
+    /// Returns the error of each particle, metres, if it is known and visible.
     pub fn errors(&self) -> Option<impl Iterator<Item = f32>> {
         let last = self.seen_error()?;
         Some(last.error.particles.iter().map(|&error| error as f32))
     }
 
-    /// The error that colours stand for, if it is known and more than rounding.
+    /// Returns the coloured error, if it is known and larger than rounding.
     fn seen_error(&self) -> Option<&ErrorReading> {
         let Some(ErrorNow::Known(last)) = self.session.error() else { return None };
         let worst = last.worst.1;
@@ -334,18 +334,18 @@ impl Viewer {
         is_seen.then_some(last)
     }
 
-    /// The title of the window.
+    /// Returns the title of the window.
     pub fn title(&self) -> String {
         format!("msd: {}", self.session.loaded().name)
     }
 
-    /// Whether the scene has solids that could be dragged.
+    /// Returns whether the scene has solids that can be dragged.
     pub(crate) fn has_solids(&self) -> bool {
         let solids = &self.session.loaded().scene.solids;
         solids.iter().any(|solid| solid.shape.reach().is_finite())
     }
 
-    /// Ends a gesture: what it held may be gone.
+    /// Ends a gesture, as its target may no longer exist.
     pub(crate) fn let_go(&mut self) {
         self.hand.gesture = None;
         self.hand.stroke.clear();
@@ -371,14 +371,14 @@ impl Viewer {
         self.layout.help = false;
     }
 
-    /// Opens a scene of the list; returns whether it did.
+    /// Opens a scene of the list; returns whether that succeeded.
     pub fn open_entry(&mut self, index: usize) -> bool {
         let entry = self.catalogue.entries.get(index);
         let result = entry.and_then(|entry| (self.catalogue.open)(entry.name));
         result.is_some_and(|result| self.open(result, Some(index)))
     }
 
-    /// Opens a scene of the list, or what else can be opened by this name; returns whether it did.
+    /// Opens a scene of the list, or a file of this name; returns whether that succeeded.
     pub fn open_named(&mut self, name: &str) -> bool {
         match self.catalogue.entries.iter().position(|entry| entry.name == name) {
             Some(index) => self.open_entry(index),
@@ -386,8 +386,8 @@ impl Viewer {
         }
     }
 
-    /// Shows a scene that is not in the catalogue, and keeps it within reach; returns whether it
-    /// did. `own` is what it was read from, where that is not a file on this machine.
+    /// Shows a scene outside the catalogue, and keeps it accessible; returns whether that
+    /// succeeded. `own` is its source, if that is not a file on this machine.
     fn show_opened(&mut self, loaded: Loaded, own: Option<Result<OwnScene, String>>) -> bool {
         let kept = loaded.clone();
         let is_shown = self.open(Ok(loaded), None);
@@ -397,24 +397,24 @@ impl Viewer {
         is_shown
     }
 
-    /// The scene that is not in the catalogue, if one was opened.
+    /// Returns the opened scene outside the catalogue.
     pub fn opened(&self) -> Option<&Loaded> {
         self.source.opened.as_ref()
     }
 
-    /// The entry of the catalogue that runs; `None` for the opened scene.
+    /// Returns the running entry of the catalogue; `None` for the opened scene.
     pub fn current(&self) -> Option<usize> {
         self.source.current
     }
 
-    /// Returns to the scene that is not in the catalogue.
+    /// Returns to the opened scene.
     pub fn reopen(&mut self) {
         if let Some(loaded) = self.source.opened.clone() {
             self.open(Ok(loaded), None);
         }
     }
 
-    /// Takes the place of what runs, unless there is an error; returns whether it did.
+    /// Replaces the running scene, unless there is an error; returns whether that succeeded.
     fn open(&mut self, loaded: Result<Loaded, String>, index: Option<usize>) -> bool {
         let before = usual_colours(&self.session.loaded().name);
         self.keep_camera();
@@ -426,7 +426,7 @@ impl Viewer {
                 self.source.watch = files::FilesRead::of(&self.session.loaded().files);
                 self.note = None;
                 let usual = usual_colours(&self.session.loaded().name);
-                // What the user chose stays between scenes of the same kind.
+                // The user's choice stays between scenes of the same kind.
                 let colours = if usual == before { self.style.colour_by } else { usual };
                 self.colour_by(colours);
                 self.let_go();
@@ -441,8 +441,8 @@ impl Viewer {
         }
     }
 
-    /// The link to this scene as it is set up and looked at now, without what happened to it. One
-    /// that is not in the catalogue is held by the link.
+    /// Returns the link to this scene with its current settings and camera, but not its state. The
+    /// link contains a scene outside the catalogue.
     ///
     /// # Errors
     /// A line on why a link cannot hold it.
@@ -460,7 +460,7 @@ impl Viewer {
         };
         let mut set = session.material().set().clone();
         let mut solver = session.runner().solver().row();
-        // The length of a step that built-in scenes have.
+        // Built-in scenes have this length of a step, so the link omits it.
         if self.source.current.is_some() && solver.step == OrAuto::Given(Settings::default().step) {
             solver.step = OrAuto::Auto;
         }
@@ -475,7 +475,7 @@ impl Viewer {
         Link::to_own(OwnScene::of(session.loaded(), self.source.own.as_ref())?, changes)
     }
 
-    /// Opens the scene of a link, set up and looked at as it says.
+    /// Opens the scene of a link with its settings and camera.
     pub fn open_link(&mut self, link: &Link) {
         match link.load() {
             Err(error) => self.session.refuse(Err(error)),
@@ -483,7 +483,7 @@ impl Viewer {
         }
     }
 
-    /// Shows the scene of a link, which was loaded before, set up and looked at as it says.
+    /// Shows the loaded scene of a link with its settings and camera.
     pub fn show_link(&mut self, link: &Link, loaded: Loaded) {
         let is_shown = match &link.own {
             Some(own) => self.show_opened(loaded, Some(Ok(own.clone()))),
@@ -501,24 +501,24 @@ impl Viewer {
         }
     }
 
-    /// Looks at the scene of a link, set up as it says.
+    /// Creates a viewer of the scene of a link.
     ///
     /// # Errors
-    /// Why it cannot be opened, or cannot run: one line.
+    /// One line on why the scene cannot be opened, or cannot run.
     pub fn of_link(link: &Link, catalogue: Catalogue) -> Result<Self, String> {
         let loaded = link.load().map_err(|error| error.to_string())?;
         Viewer::of_loaded(link, loaded, catalogue)
     }
 
-    /// The same of a link whose scene was loaded before.
+    /// Creates a viewer of the loaded scene of a link.
     ///
     /// # Errors
-    /// Why it cannot run: one line.
+    /// One line on why the scene cannot run.
     pub fn of_loaded(link: &Link, loaded: Loaded, catalogue: Catalogue) -> Result<Self, String> {
         let opened = link.own.is_some().then(|| loaded.clone());
         let mut viewer = Viewer::new(loaded, catalogue).map_err(|error| error.to_string())?;
         if opened.is_some() {
-            // It may be called as a built-in scene is.
+            // It may have the name of a built-in scene.
             (viewer.source.current, viewer.source.opened) = (None, opened);
             viewer.source.own = link.own.clone().map(Ok);
         }
@@ -526,7 +526,7 @@ impl Viewer {
         Ok(viewer)
     }
 
-    /// Sets up a scene that was just loaded from a link: all but the solver, which it has.
+    /// Applies the changes of a link to its loaded scene: all but the solver, which it already has.
     fn set_up(&mut self, link: &Link) {
         let Some(changes) = &link.changes else { return };
         let session = &mut self.session;
@@ -554,25 +554,25 @@ impl Viewer {
         }
     }
 
-    /// Shows what was loaded before from the bytes of a file called `name`.
+    /// Shows a scene that was loaded from the bytes of a file called `name`.
     pub fn show_bytes(&mut self, name: &str, bytes: &[u8], loaded: Loaded) {
         self.show_opened(loaded, Some(OwnScene::new(name, bytes)));
     }
 
-    /// Ends the guide, which is not offered again by itself.
+    /// Ends the tour, which does not open by itself again.
     pub fn end_guide(&mut self) {
         self.layout.guide = None;
         self.preferences.is_guided = true;
     }
 
-    /// Takes over what was remembered.
+    /// Applies stored preferences.
     pub fn set_preferences(&mut self, preferences: Preferences) {
         (self.layout.light, self.layout.panels) = (preferences.light, preferences.panels);
         self.layout.guide = (!preferences.is_guided).then(Guide::default);
         self.preferences = preferences;
     }
 
-    /// What is to be remembered now; `size` is that of the window and `scale` that of the panels.
+    /// Returns the current preferences; `size` is of the window and `scale` of the panels.
     pub fn remember(&mut self, size: [f32; 2], scale: f32) -> &Preferences {
         self.keep_camera();
         let file = self.session.loaded().files.first();

@@ -1,17 +1,17 @@
-//! Preferences: what the window remembers from one start to the next.
+//! Preferences: settings of the window that persist between sessions.
 
 use glam::Vec3;
 use msd_render::Camera;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// The most scenes whose camera is remembered.
+/// Largest number of scenes with a stored camera.
 const MOST_CAMERAS: usize = 100;
 
-/// The smallest and the largest scale of the panels.
+/// Smallest and largest scale of the panels.
 const SCALES: (f32, f32) = (0.5, 3.0);
 
-/// What the window remembers from one start to the next.
+/// Settings of the window that persist between sessions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Preferences {
@@ -19,15 +19,15 @@ pub struct Preferences {
     pub light: bool,
     /// Whether the panels are shown. Default true.
     pub panels: bool,
-    /// Size of text and widgets as a multiple of what the display asks for. Default 1.
+    /// Size of text and widgets, relative to that of the display. Default 1.
     pub scale: f32,
     /// Width and height of the window, points.
     pub size: Option<[f32; 2]>,
-    /// What the last scene can be opened by.
+    /// Name or path of the last scene.
     pub scene: Option<String>,
-    /// How each scene was looked at last.
+    /// Last camera of each scene.
     pub cameras: BTreeMap<String, Outlook>,
-    /// Whether the guide was offered: it was finished or skipped.
+    /// Whether the user has finished or skipped the tour.
     pub is_guided: bool,
 }
 
@@ -46,10 +46,10 @@ impl Default for Preferences {
 }
 
 impl Preferences {
-    /// Reads preferences from JSON; numbers out of their domain become those nearest to them.
+    /// Reads preferences from JSON; numbers outside their domain are clamped.
     ///
     /// # Errors
-    /// Text that is no preferences.
+    /// The text does not contain preferences.
     pub fn parse(text: &str) -> Result<Self, serde_json::Error> {
         let read: Preferences = serde_json::from_str(text)?;
         let scale = if read.scale.is_finite() { read.scale } else { 1.0 };
@@ -61,12 +61,12 @@ impl Preferences {
         })
     }
 
-    /// The same as JSON.
+    /// Returns the same as JSON.
     pub fn to_text(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
-    /// Remembers how a scene was looked at.
+    /// Stores the camera of a scene.
     pub fn keep_outlook(&mut self, scene: &str, outlook: Outlook) {
         if MOST_CAMERAS <= self.cameras.len() && !self.cameras.contains_key(scene) {
             self.cameras.clear();
@@ -75,15 +75,15 @@ impl Preferences {
     }
 }
 
-/// A camera as it is remembered.
+/// A stored camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outlook {
-    /// The point looked at, metres.
+    /// Target, metres.
     pub target: [f32; 3],
-    /// How far that is beside the middle of everything, metres. Default 0.
+    /// Offset of the target from the centre of the scene, metres. Default 0.
     #[serde(default)]
     pub beside: [f32; 3],
-    /// Distance from it, metres.
+    /// Distance from the target, metres.
     pub distance: f32,
     /// Angle about the y axis, radians.
     pub yaw: f32,
@@ -92,13 +92,13 @@ pub struct Outlook {
 }
 
 impl Outlook {
-    /// A camera, and how far its target is beside the middle of everything, metres.
+    /// Stores a camera; `beside` is the offset of its target from the centre of the scene, metres.
     pub fn of(camera: &Camera, beside: Vec3) -> Self {
         let Camera { target, distance, yaw, pitch, .. } = *camera;
         Outlook { target: target.to_array(), beside: beside.to_array(), distance, yaw, pitch }
     }
 
-    /// The camera; the renderer takes numbers out of their domain as their default.
+    /// Returns the camera; the renderer replaces numbers outside their domain by their defaults.
     pub fn camera(&self) -> Camera {
         let Outlook { target, distance, yaw, pitch, .. } = *self;
         Camera { target: target.into(), distance, yaw, pitch, ..Camera::default() }

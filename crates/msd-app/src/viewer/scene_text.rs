@@ -1,4 +1,4 @@
-//! The text of a scene with the values that the user has set; what else its author wrote stays.
+//! The text of a scene with the values set by the user; the rest of the author's text stays.
 
 use msd_core::{Look, Scene};
 use msd_run::Runner;
@@ -8,10 +8,10 @@ use msd_scene::{Assignment, Edits, Loaded, tree};
 use msd_study::tune::put;
 use toml_edit::{Array, DocumentMut, InlineTable, Item, TableLike, Value};
 
-/// Rewrites the text of a scene, TOML, so that it says what was set of it in a run.
+/// Rewrites the text of a scene, TOML, with the values of a run.
 ///
 /// # Errors
-/// Text that is not TOML; a key that has no place in it.
+/// Text that is not TOML; a key that cannot be written into it.
 pub(super) fn with_values(
     text: &str,
     loaded: &Loaded,
@@ -22,7 +22,7 @@ pub(super) fn with_values(
     if let Some(section) = file.get_mut("solver").and_then(Item::as_table_like_mut)
         && section.get("step").is_some_and(Item::is_str)
     {
-        // Another name for automatic substeps, which are written under their own.
+        // `step = "auto"` is another name for automatic substeps, written as `substeps`.
         section.remove("step");
         put(section, "substeps", "auto".into());
     }
@@ -31,10 +31,10 @@ pub(super) fn with_values(
     Ok(file.to_string())
 }
 
-/// Whether a scene, as it was read from the new text, has the values of a run, whose bodies are
-/// made of `made` now.
+/// Returns whether a scene read from the new text has the values of a run; `made` are the current
+/// materials of its bodies.
 pub(super) fn says(written: &Loaded, runner: &Runner, made: &[Option<Made>]) -> bool {
-    // What was multiplied is as near as single precision comes.
+    // Multiplied values agree to single precision.
     let within = if made.iter().any(Option::is_some) { 1e-5 } else { 0.0 };
     let is_near = |read: f64, run: f64| (read - run).abs() <= within * run.abs();
     let world = |scene: &Scene| {
@@ -59,7 +59,7 @@ pub(super) fn says(written: &Loaded, runner: &Runner, made: &[Option<Made>]) -> 
     written.solver() == runner.solver() && Runner::open(written).is_ok_and(|read| is_same(&read))
 }
 
-/// Writes what was set of a key, in place of what says otherwise.
+/// Writes the value of a key and removes keys that exclude it.
 fn write_edit(file: &mut DocumentMut, edit: &Assignment) -> Result<(), String> {
     let steps: Vec<&str> =
         edit.key().split(['.', '[', ']']).filter(|step| !step.is_empty()).collect();
@@ -76,8 +76,8 @@ fn write_edit(file: &mut DocumentMut, edit: &Assignment) -> Result<(), String> {
     })
 }
 
-/// Does something to the table at the end of a path, made where there is none, or to each where the
-/// path does not number the rows of a list.
+/// Applies `act` to the table at the end of a path, created if missing. If the path has no index
+/// for the rows of a list, applies it to each row.
 fn each_inside(
     table: &mut dyn TableLike,
     path: &[&str],
@@ -102,7 +102,7 @@ fn each_inside(
     rows.try_for_each(|row| each_inside(row, rest, act))
 }
 
-/// A value as TOML has it; none of a key that is left out.
+/// Converts a value to TOML; `None` for a key that is left out.
 fn written(value: &tree::Value) -> Option<Value> {
     Some(match value {
         tree::Value::Nothing | tree::Value::Any => return None,
@@ -120,7 +120,7 @@ fn written(value: &tree::Value) -> Option<Value> {
     })
 }
 
-/// The tables of an array, however it is written.
+/// Returns the tables of an array in either notation.
 fn rows(item: Option<&mut Item>) -> Vec<&mut dyn TableLike> {
     match item {
         Some(Item::ArrayOfTables(tables)) => {

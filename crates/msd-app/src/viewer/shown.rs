@@ -1,17 +1,17 @@
-//! Bits of what is drawn of a scene, as links have them.
+//! Bits of the visible parts of a scene, for links.
 
 use msd_render::{Quantity, Style};
 
-/// What a link says of a style: what the window can show and hide, with its bits.
+/// Returns the parts that the window can show or hide, with their bits.
 fn shown(style: &mut Style) -> [(u16, &mut bool); 6] {
     let Style { surfaces, pattern, wireframe, particles, shadows, grid, .. } = style;
     [(0, surfaces), (1, pattern), (2, wireframe), (4, particles), (5, shadows), (6, grid)]
 }
 
-/// The bit that says whether colours stand for a quantity, and the first of three that say which.
+/// The bit for coloured quantities, and the first of three bits for the quantity.
 const COLOURED: [u16; 2] = [3, 7];
 
-/// The bits of what a style shows.
+/// Encodes the visible parts of a style.
 pub(super) fn shown_bits(mut style: Style) -> u16 {
     let [coloured, which] = COLOURED;
     let place = |quantity| Quantity::ALL.iter().position(|&other| other == quantity).unwrap_or(0);
@@ -20,13 +20,13 @@ pub(super) fn shown_bits(mut style: Style) -> u16 {
     bits.iter().sum::<u16>() | colours as u16
 }
 
-/// Shows what the bits say.
+/// Applies encoded bits to a style.
 pub(super) fn show_bits(style: &mut Style, bits: u16) {
     for (bit, is_shown) in shown(style) {
         *is_shown = bits >> bit & 1 == 1;
     }
     let [coloured, which] = COLOURED;
-    // Of those that a link of another version may have the first, the strain.
+    // An unknown quantity of another version becomes the first, the strain.
     let quantity = Quantity::ALL.get(usize::from(bits >> which & 7)).unwrap_or(&Quantity::ALL[0]);
     style.colour_by = (bits >> coloured & 1 == 1).then_some(*quantity);
 }
@@ -46,7 +46,7 @@ mod tests {
                 assert_eq!(read, style);
             }
         }
-        // Links of before there were others.
+        // Links of the version with strain only.
         let mut style = Style::default();
         show_bits(&mut style, 0b000_1000);
         assert_eq!((style.colour_by, style.surfaces), (Some(Quantity::Strain), false));

@@ -1,10 +1,10 @@
-//! The sides of the picture: the run, and its twin beside it where the user wants to see both.
+//! The sides of the view: the run, and the twin beside it if the user wants to see both.
 
 use super::{Viewer, Viewport};
 use egui::{Pos2, Rect, pos2};
 use msd_run::Runner;
 
-/// One of two runs in the picture.
+/// One of two runs in the view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Side {
     /// The run.
@@ -15,7 +15,7 @@ pub enum Side {
 }
 
 impl Viewer {
-    /// What the picture shows, from left to right.
+    /// Returns the visible sides, from left to right.
     pub fn sides(&self) -> &'static [Side] {
         match self.layout.side_by_side && self.session.twin().is_some() {
             true => &[Side::Run, Side::Twin],
@@ -23,14 +23,14 @@ impl Viewer {
         }
     }
 
-    /// Shows the twin beside the run, or as points over it.
+    /// Shows the twin beside the run, or as a ghost over it.
     pub fn set_side_by_side(&mut self, on: bool) {
         self.let_go();
         self.layout.side_by_side = on;
         self.frame_all();
     }
 
-    /// The run of a side.
+    /// Returns the run of a side.
     pub fn runner_of(&self, side: Side) -> &Runner {
         match (side, self.session.twin()) {
             (Side::Twin, Some(twin)) => twin.runner(),
@@ -38,7 +38,7 @@ impl Viewer {
         }
     }
 
-    /// The camera, the same for both, and where the picture of a side is.
+    /// Returns the viewport of a side; both have the same camera.
     pub fn viewport_of(&self, side: Side) -> Viewport {
         let (whole, middle) = (self.layout.rect, self.layout.rect.center().x);
         let rect = match (self.sides(), side) {
@@ -49,12 +49,12 @@ impl Viewer {
         Viewport { camera: self.camera, rect }
     }
 
-    /// The camera and where the picture of the run is.
+    /// Returns the viewport of the run.
     pub fn viewport(&self) -> Viewport {
         self.viewport_of(Side::Run)
     }
 
-    /// The side that a point of the window is on.
+    /// Returns the side under a point of the window.
     pub fn side_at(&self, at: Pos2) -> Side {
         match self.sides() {
             [_, _] if self.layout.rect.center().x <= at.x => Side::Twin,

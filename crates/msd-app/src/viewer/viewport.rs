@@ -1,19 +1,19 @@
-//! The viewport: a camera, and the part of the window that shows what it sees; and the
-//! resolution of the picture there, half of it where a processor draws and falls behind.
+//! The viewport: a camera and its area of the window; and the resolution, half of it if software
+//! rendering falls behind.
 //!
-//! The window is in points here, as egui measures it: the renderer alone knows pixels.
+//! Sizes are in points, as in egui; only the renderer uses pixels.
 
 use crate::session::Pace;
 use egui::{Pos2, Rect, pos2};
 use glam::{Mat4, Vec3, Vec4};
 use msd_render::{Camera, Quality, Ray};
 
-/// A camera and the part of the window that shows what it sees.
+/// A camera and its area of the window.
 #[derive(Clone, Copy, Debug)]
 pub struct Viewport {
     /// The camera.
     pub camera: Camera,
-    /// The part of the window, points.
+    /// The area of the window, points.
     pub rect: Rect,
 }
 
@@ -22,27 +22,27 @@ impl Viewport {
         self.rect.width() / self.rect.height()
     }
 
-    /// The ray into the scene through a point of the window.
+    /// Returns the ray into the scene through a point of the window.
     pub fn ray(&self, at: Pos2) -> Ray {
         let across = (at - self.rect.center()) / (self.rect.size() * 0.5);
         self.camera.ray(across.x, -across.y, self.aspect())
     }
 
-    /// Where a point of the scene appears in the window; nowhere if it is behind the camera.
+    /// Returns the position of a point of the scene in the window; `None` behind the camera.
     pub fn project(&self, point: Vec3) -> Option<Pos2> {
         let [x, y] = self.camera.project(point, self.aspect())?;
         let (centre, half) = (self.rect.center(), self.rect.size() * 0.5);
         Some(pos2(centre.x + x * half.x, centre.y - y * half.y))
     }
 
-    /// The matrix from the scene to clip space, for [`Viewport::line`]: for many points, where
-    /// [`Viewport::project`] takes its time.
+    /// Returns the matrix from the scene to clip space, for [`Viewport::line`]: for many points,
+    /// for which [`Viewport::project`] is too slow.
     pub fn to_clip(&self) -> Mat4 {
         self.camera.view_projection(self.aspect())
     }
 
-    /// Where a line between two points of clip space appears in the window, as far as it is in
-    /// front of the camera.
+    /// Returns the part of a line between two points of clip space that is in front of the camera,
+    /// in the window.
     pub fn line(&self, ends: [Vec4; 2]) -> Option<[Pos2; 2]> {
         let near = self.camera.near();
         let [a, b] = ends;
@@ -61,45 +61,45 @@ impl Viewport {
         )
     }
 
-    /// Where a grab pulls what was taken at `through` when the pointer is at a point of the window.
+    /// Returns the target of a grab at `through` for a position of the pointer.
     pub fn drag_point(&self, at: Pos2, through: Vec3) -> Vec3 {
         msd_render::drag_point(&self.camera, &self.ray(at), through)
     }
 }
 
-/// A picture that takes longer is drawn at half the resolution, milliseconds: 20 a second.
+/// Frame time above which the resolution is halved, milliseconds: 20 frames per second.
 const LONGEST_MS: f64 = 50.0;
-/// So many frames in a row must take as long: a busy moment is no reason.
+/// Number of consecutive slow frames needed: a short load does not count.
 const FRAMES: u32 = 20;
 
-/// Whether the picture has half the pixels across and down, and who decided so.
+/// Whether the view has half the resolution in each direction, and by whose choice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sharpness {
     is_half: bool,
-    /// Whether the user did.
+    /// Whether the user has chosen.
     is_set: bool,
-    /// Frames in a row that took too long to draw.
+    /// Number of consecutive slow frames.
     slow: u32,
 }
 
 impl Sharpness {
-    /// Whether the picture has half the resolution.
+    /// Returns whether the view has half the resolution.
     pub fn is_half(self) -> bool {
         self.is_half
     }
 
-    /// Whether that was chosen by itself, as drawing took too long.
+    /// Returns whether the resolution was halved automatically, as frames took too long.
     pub fn is_automatic(self) -> bool {
         self.is_half && !self.is_set
     }
 
-    /// Sets it for good.
+    /// Sets the resolution permanently.
     pub fn set(&mut self, is_half: bool) {
         *self = Sharpness { is_half, is_set: true, slow: 0 };
     }
 
-    /// Halves it after enough frames in a row whose drawing, which is what steps leave of a frame,
-    /// took too long; only where a processor draws, and unless the user has decided.
+    /// Halves the resolution after enough consecutive slow frames, measured without steps. It
+    /// applies only to software rendering, and unless the user has chosen.
     pub fn follow(&mut self, quality: Quality, pace: Option<Pace>) {
         let Some(pace) = pace.filter(|pace| 0.0 < pace.frame_rate) else { return };
         let drawing_ms = 1e3 / pace.frame_rate - pace.steps_per_frame * pace.step_ms;
@@ -162,7 +162,7 @@ mod tests {
         assert!(after(FRAMES, 13.0, 1.0, Quality::Fast).is_automatic());
         assert!(!after(FRAMES - 1, 13.0, 1.0, Quality::Fast).is_half());
         assert!(!after(100, 25.0, 1.0, Quality::Fast).is_half());
-        // Steps take the time, or a graphics processor draws.
+        // Slow steps, or a hardware GPU.
         assert!(!after(100, 13.0, 10.0, Quality::Fast).is_half());
         assert!(!after(100, 13.0, 1.0, Quality::Full).is_half());
     }

@@ -1,4 +1,4 @@
-//! The window for screen readers and for what presses its buttons, through AccessKit.
+//! The window for screen readers and automation, through AccessKit.
 
 use super::{Arrival, Shell};
 use egui_winit::accesskit_winit::{Event, WindowEvent};
@@ -12,7 +12,7 @@ impl From<Event> for Arrival {
 }
 
 impl Shell {
-    /// Tells the desktop that the window can be read, and shows it.
+    /// Announces the window to the accessibility API, then shows it.
     pub(super) fn make_accessible(&mut self, event_loop: &ActiveEventLoop, window: &Window) {
         if let Some(input) = &mut self.input {
             input.init_accesskit(event_loop, window, self.proxy.clone());
@@ -20,7 +20,7 @@ impl Shell {
         window.set_visible(true);
     }
 
-    /// Does what a screen reader asks for, in the next frame.
+    /// Handles a request of a screen reader in the next frame.
     pub(super) fn serve(&mut self, wish: WindowEvent) {
         let (Some(window), Some(input)) = (&self.window, &mut self.input) else { return };
         match wish {

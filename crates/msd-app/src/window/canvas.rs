@@ -1,4 +1,4 @@
-//! The picture of a frame: the scene, and the panels over it.
+//! Rendering of a frame: the scene, and the panels over it.
 
 use crate::viewer::{Side, Viewer};
 use egui::{ClippedPrimitive, TexturesDelta};
@@ -7,7 +7,7 @@ use msd_render::{Gpu, Quality, Renderer, Style, View};
 use msd_run::on;
 use wgpu::{TextureFormat, TextureView};
 
-/// What egui wants drawn.
+/// Draw data of egui.
 pub(crate) struct Painting {
     pub primitives: Vec<ClippedPrimitive>,
     pub textures: TexturesDelta,
@@ -15,7 +15,7 @@ pub(crate) struct Painting {
 }
 
 impl Painting {
-    /// What a layout wants drawn.
+    /// Tessellates the output of a layout.
     pub(crate) fn of(context: &egui::Context, output: egui::FullOutput) -> Self {
         let pixels_per_point = output.pixels_per_point;
         let primitives = context.tessellate(output.shapes, pixels_per_point);
@@ -23,7 +23,7 @@ impl Painting {
     }
 }
 
-/// The renderers of scene and panels, on one device.
+/// The renderers of scene and panels, on the same device.
 pub(crate) struct Canvas {
     pub gpu: Gpu,
     scene: Renderer,
@@ -32,7 +32,7 @@ pub(crate) struct Canvas {
     half: Option<Half>,
 }
 
-/// A picture of half the resolution, on its way to the target.
+/// A view at half the resolution, with its copy to the target.
 struct Half {
     size: [u32; 2],
     view: TextureView,
@@ -40,7 +40,7 @@ struct Half {
 }
 
 impl Half {
-    /// Makes room for the half of a picture of this size, pixels.
+    /// Allocates the half for a target of this size, pixels.
     fn new(device: &wgpu::Device, format: TextureFormat, size: [u32; 2]) -> Self {
         let [width, height] = size.map(|side| side.div_ceil(2).max(1));
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
@@ -62,14 +62,14 @@ impl Half {
 }
 
 impl Canvas {
-    /// Prepares to draw on textures of a format, pictures of a quality.
+    /// Creates the renderers for a texture format and a quality.
     pub(crate) fn new(gpu: Gpu, (format, quality): (TextureFormat, Quality)) -> Self {
         let scene = Renderer::new(&gpu.device, (format, quality));
         let panels = egui_wgpu::Renderer::new(&gpu.device, format, RendererOptions::default());
         Canvas { gpu, scene, panels, format, half: None }
     }
 
-    /// Takes over egui's new textures, before it draws.
+    /// Uploads egui's new textures, before it draws.
     pub(crate) fn take_textures(&mut self, painting: &mut Painting) {
         let Gpu { device, queue, .. } = &self.gpu;
         for (id, deltas) in painting.textures.set.drain() {
@@ -79,14 +79,14 @@ impl Canvas {
         }
     }
 
-    /// Lets go of the textures that egui has no more use for, after it drew.
+    /// Frees the textures that egui has released, after it drew.
     pub(crate) fn free_textures(&mut self, painting: &mut Painting) {
         for id in painting.textures.free.drain() {
             self.panels.free_texture(&id);
         }
     }
 
-    /// Draws a frame on a target of this size, pixels.
+    /// Renders a frame to a target of this size, pixels.
     pub(crate) fn draw(
         &mut self,
         target: &TextureView,
@@ -128,12 +128,12 @@ impl Canvas {
             color_attachments: &[Some(attachment)],
             ..Default::default()
         });
-        // egui wants a pass without a lifetime; it must end before the encoder does.
+        // egui needs a pass without a lifetime; it must end before the encoder does.
         panels.render(&mut pass.forget_lifetime(), primitives, &screen);
         queue.submit(uploads.into_iter().chain([encoder.finish()]));
     }
 
-    /// Draws the run or its twin into its part of the target.
+    /// Renders the run or its twin to its part of the target.
     fn draw_side(
         &mut self,
         target: &TextureView,
@@ -144,7 +144,7 @@ impl Canvas {
         let Gpu { device, queue, .. } = &self.gpu;
         let style = Style { pixels_per_point, ..viewer.style };
         let view = View { camera: viewer.camera, style };
-        // The error is that of the run.
+        // The error belongs to the run.
         let errors = viewer.errors().filter(|_| side == Side::Run);
         self.scene.set_errors(errors.into_iter().flatten());
         on!(viewer.runner_of(side), simulation => {

@@ -1,18 +1,18 @@
-//! Errors of opening the window: what is missing, and what works without one.
+//! Errors of opening the window: the missing part, and the alternatives without a window.
 
 use msd_render::RenderError;
 
-/// Why no window was shown. Its text has two lines: what is missing, and what works without.
+/// Reason why no window was shown. Its text has two lines: the missing part, and the alternatives.
 #[derive(Debug, thiserror::Error)]
 #[error("{what}\n{}", headless(scene))]
 pub struct ViewError {
-    /// The scene that was to be shown, as the user named it: a name or a file.
+    /// The scene as the user named it: by name or file.
     pub scene: String,
-    /// What is missing.
+    /// The missing part.
     pub what: Missing,
 }
 
-/// What a window needs and did not find.
+/// A part that a window needs.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Missing {
@@ -26,24 +26,24 @@ pub enum Missing {
     /// A graphics adapter.
     #[error("{error}{hint}", error = .0, hint = driver(.0))]
     Graphics(Box<RenderError>),
-    /// The graphics device, or the display, which was there.
+    /// The graphics device, or the display, lost while the window was open.
     #[error("{0}")]
     Device(String),
     /// The window itself.
     #[error("no window: {0}")]
     Window(String),
-    /// A scene that can run.
+    /// A valid scene.
     #[error("the scene cannot run: {0}")]
     Scene(#[from] msd_core::Error),
-    /// A link that can be followed.
+    /// A valid link.
     #[error("the link cannot be followed: {0}")]
     Link(String),
-    /// A place for the status file.
+    /// A writable status file.
     #[error("the status file cannot be written: {0}")]
     Status(std::io::Error),
 }
 
-/// What to install, where the error does not say so itself: a surface that no driver wants.
+/// Returns the advice to install a driver, if the error lacks it: no driver supports the surface.
 fn driver(error: &RenderError) -> &'static str {
     match error {
         RenderError::NoSurface(_) => {
@@ -54,7 +54,7 @@ fn driver(error: &RenderError) -> &'static str {
 }
 
 fn headless(scene: &str) -> String {
-    // To be copied into a shell as it stands.
+    // Quoted for a shell if needed.
     let scene = if scene.contains(char::is_whitespace) { &format!("\"{scene}\"") } else { scene };
     format!(
         "without a window: msd render {scene} --out picture.png, or msd run {scene} \

@@ -1,4 +1,4 @@
-//! The host of a window: a desktop, or the page of a browser, each with ways of its own.
+//! The host of a window: a desktop, or the page of a browser.
 
 use super::Shell;
 use super::error::Missing;
@@ -8,63 +8,63 @@ use winit::event::InnerSizeWriter;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::{Window, WindowAttributes};
 
-/// Where a window is.
+/// The environment of a window.
 pub(crate) trait Host: Sized {
-    /// What it tells the window.
+    /// Type of its events for the window.
     type Event: 'static;
-    /// Whether the program may end there without notice.
+    /// Whether the program may be terminated without notice.
     const ENDS_UNNOTICED: bool;
 
-    /// The host of a window that will show a viewer.
+    /// Creates the host of a window for a viewer.
     fn new(viewer: &Viewer) -> Self;
 
-    /// The attributes of the window there.
+    /// Returns the attributes of the window.
     fn attributes(
         viewer: &Viewer,
         event_loop: &ActiveEventLoop,
         attributes: WindowAttributes,
     ) -> WindowAttributes;
 
-    /// Waits for a graphics device, here or in the background.
+    /// Waits for a graphics device, synchronously or in the background.
     fn wait(arrive: impl Future<Output = ()> + 'static);
 
-    /// Takes note of the window that was made.
+    /// Receives the new window.
     fn take_window(&mut self, _window: &Window) {}
 
-    /// Takes note of the device that the window is drawn with from now on.
+    /// Receives the graphics device of the window.
     fn take_device(&mut self, _device: &wgpu::Device) {}
 
-    /// Pixels of a point of the window, and how many times as many as winit goes by.
+    /// Returns the pixels per point, and their ratio to those of winit.
     fn points(&self, window: &Window) -> (f64, f32) {
         (window.scale_factor(), 1.0)
     }
 
-    /// Takes note of other pixels of a point.
+    /// Handles a change of the pixels per point.
     fn rescale(&mut self, _window: &Window, _scale: f64, _writer: InnerSizeWriter) {}
 
-    /// Keeps preferences until the next start.
+    /// Stores preferences until the next start.
     fn keep(preferences: &Preferences);
 
-    /// Tells why there is no window.
+    /// Reports why there is no window.
     fn tell_missing(_what: &Missing) {}
 
-    /// What the user did, as the panels are to read it.
+    /// Adapts the user input for the panels.
     fn adapted(raw: egui::RawInput, _context: &egui::Context) -> egui::RawInput {
         raw
     }
 
-    /// Follows a film that is being written.
+    /// Updates a film in progress.
     fn follow_film(_viewer: &mut Viewer, _context: &egui::Context) {}
 
-    /// Draws what is not a part of the window yet.
+    /// Renders images that are not a part of the window yet.
     fn draw_beside(_viewer: &mut Viewer, _gpu: &Gpu, _context: &egui::Context) {}
 
-    /// Comes before a frame; whether it takes its place.
+    /// Runs before a frame; returns whether it replaces the frame.
     fn precede_frame(shell: &mut Shell) -> bool;
 
-    /// Comes after a frame: keeps what the user would miss.
+    /// Runs after a frame: stores data that the user would miss.
     fn follow_frame(shell: &mut Shell);
 
-    /// Does what the host tells the window.
+    /// Handles an event of the host.
     fn hear(shell: &mut Shell, event_loop: &ActiveEventLoop, event: Self::Event);
 }

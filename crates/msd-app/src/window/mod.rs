@@ -1,4 +1,4 @@
-//! The window: winit's events become frames, and a frame reads input, steps and draws.
+//! The window: turns winit's events into frames, each of which reads input, steps and renders.
 
 mod canvas;
 mod surface;
@@ -37,32 +37,32 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::window::{Window, WindowId};
 
-/// How often a window of X11 that rests looks for events. winit sleeps until its connection has
-/// something to read, but the thread with which a driver presents pictures reads it too: an event
-/// that came before the picture was shown is then in the queue of the connection already, and a key
-/// would act when the next event comes, which may be never (winit#1985).
+/// Interval between checks for events of an idle X11 window. winit sleeps until its connection is
+/// readable, but the thread with which a driver presents frames may read it first. An earlier event
+/// is then in the queue already, and a key would act only at the next event, possibly never
+/// (winit#1985).
 #[cfg(target_os = "linux")]
 const LOOK: Duration = Duration::from_millis(100);
 
-/// How often a window that rests looks whether the file of its scene was edited.
+/// Interval between checks of an idle window for an edited scene file.
 const EDITED_EVERY: Duration = Duration::from_millis(500);
 
-/// What arrives from outside the window system.
+/// An event from outside the window system.
 pub(crate) enum Arrival {
-    /// The graphics device, which a browser gives later, and the surface of the window.
+    /// The graphics device, which a browser delivers later, and the surface of the window.
     Graphics(Box<Result<(Gpu, wgpu::Surface<'static>), RenderError>>),
-    /// What a screen reader asks for.
+    /// A request of a screen reader.
     #[cfg(feature = "accessibility")]
     Accessibility(egui_winit::accesskit_winit::WindowEvent),
-    /// What a desktop or the page of a browser tells.
+    /// An event of the desktop or the page of a browser.
     #[allow(dead_code, reason = "a desktop tells nothing that winit does not")]
     Host(<Here as Host>::Event),
 }
 
-/// Is shown every frame, for tests.
+/// A callback for every frame, for tests.
 pub(crate) type Watcher = Box<dyn FnMut(&Viewer, f32, bool)>;
 
-/// The window and what it shows.
+/// The window and its contents.
 pub(crate) struct Shell {
     viewer: Viewer,
     proxy: EventLoopProxy<Arrival>,
@@ -72,14 +72,14 @@ pub(crate) struct Shell {
     clipboard: Option<Clipboard>,
     surface: Option<WindowSurface>,
     last_frame: Instant,
-    /// When the next frame is due that no event asks for.
+    /// Time of the next frame that no event requests.
     next_frame: Option<Instant>,
     title: String,
     hidden: bool,
     is_full: bool,
     watcher: Option<Watcher>,
     host: Here,
-    /// Why the window could not be shown; a browser finds it in the log.
+    /// Reason why the window could not be shown; a browser logs it.
     pub(crate) missing: Option<Missing>,
 }
 
@@ -113,7 +113,7 @@ impl Shell {
         self.title = self.viewer.title();
         let attributes = Window::default_attributes().with_title(&self.title);
         let attributes = Here::attributes(&self.viewer, event_loop, attributes);
-        // Who reads it aloud must know it before it is shown.
+        // Screen readers must know the window before it is visible.
         #[cfg(feature = "accessibility")]
         let attributes = attributes.with_visible(false);
         let window = Arc::new(event_loop.create_window(attributes)?);
@@ -127,19 +127,19 @@ impl Shell {
         Ok(())
     }
 
-    /// Asks for a graphics device, which arrives later.
+    /// Requests a graphics device, which arrives later.
     fn ask_for_graphics(&self, event_loop: &ActiveEventLoop, window: Arc<Window>) {
         let display = Box::new(event_loop.owned_display_handle());
         let proxy = self.proxy.clone();
         let arrive = async move {
             let arrival = Arrival::Graphics(Box::new(Gpu::for_surface(display, window).await));
-            // The loop is only gone when the window is.
+            // The loop outlives the window.
             proxy.send_event(arrival).ok();
         };
         Here::wait(arrive);
     }
 
-    /// Remembers how the window is left.
+    /// Stores the preferences of the window.
     fn remember(&mut self) {
         let Some(window) = &self.window else { return };
         let (points, stretch) = self.host.points(window);
@@ -156,7 +156,7 @@ impl Shell {
         event_loop.exit();
     }
 
-    /// Draws on the window from now on, by the device that has arrived.
+    /// Renders to the window from now on, on the device that has arrived.
     fn take_graphics(
         &mut self,
         event_loop: &ActiveEventLoop,
@@ -180,7 +180,7 @@ impl Shell {
         window.request_redraw();
     }
 
-    /// One frame: reads input, steps, draws.
+    /// Runs a frame: reads input, steps, renders.
     fn frame(&mut self, event_loop: &ActiveEventLoop) {
         if Here::precede_frame(self) {
             return;
@@ -208,7 +208,7 @@ impl Shell {
         if let Some(clipboard) = &mut self.clipboard
             && let Err(why) = clipboard.copy(&output.platform_output.commands)
         {
-            // It said that it was copied.
+            // The viewer has already noted a successful copy.
             viewer.note = Some(why);
             window.request_redraw();
         }
@@ -233,11 +233,11 @@ impl Shell {
         self.schedule(event_loop, wait);
     }
 
-    /// Asks for the next frame: at once while something moves, else when egui or an event wants it.
+    /// Schedules the next frame: at once during motion, otherwise when egui or an event needs one.
     fn schedule(&mut self, event_loop: &ActiveEventLoop, wait: Duration) {
         let Some(window) = &self.window else { return };
         let session = &self.viewer.session;
-        // A camera that stopped with the run would jump at the next event.
+        // If the camera stopped with the run, it would jump at the next event.
         let moving = !session.is_paused() || session.is_working() || self.viewer.is_gliding();
         let is_next = moving || wait.is_zero();
         if is_next && !self.hidden {
@@ -248,7 +248,7 @@ impl Shell {
         self.rest(event_loop);
     }
 
-    /// Lets the loop sleep until something happens or a frame is due.
+    /// Lets the loop sleep until an event or the next frame.
     fn rest(&self, event_loop: &ActiveEventLoop) {
         #[cfg(target_os = "linux")]
         let look = winit::platform::x11::ActiveEventLoopExtX11::is_x11(event_loop)
@@ -266,7 +266,7 @@ impl Shell {
         if Here::ENDS_UNNOTICED {
             self.remember();
         }
-        // Being hidden is not the simulation's to catch up with.
+        // The simulation does not catch up with the time while it was hidden.
         self.viewer.session.resume();
         if let Some(window) = &self.window {
             window.request_redraw();
@@ -274,7 +274,7 @@ impl Shell {
     }
 }
 
-/// What the panels are laid out in.
+/// Creates the context of the panels.
 fn panel_context(scale: f32) -> egui::Context {
     let context = egui::Context::default();
     panel::theme::apply(&context);
@@ -282,15 +282,15 @@ fn panel_context(scale: f32) -> egui::Context {
     context
 }
 
-/// What turns the events of a window into input of the panels.
+/// Creates the translation from window events to input of the panels.
 fn panel_input(context: &egui::Context, window: &Window) -> egui_winit::State {
     let scale = Some(window.scale_factor() as f32);
     let id = egui::ViewportId::ROOT;
     egui_winit::State::new(context.clone(), id, window, scale, window.theme(), None)
 }
 
-/// Lays out a frame: reads what the user did, lets `real` seconds pass, and lays out the panels.
-/// Returns what egui wants, and what `stopwatch` said before the panels, seconds.
+/// Lays out a frame: reads the input, advances by `real` seconds, and lays out the panels. Returns
+/// egui's output, and the time of `stopwatch` before the panels, seconds.
 fn lay_out(
     context: &egui::Context,
     mut raw: egui::RawInput,
@@ -306,7 +306,7 @@ fn lay_out(
     let mut stepped = None;
     panel::theme::choose(context, viewer.layout.light);
     let mut output = context.run_ui(raw, |ui| {
-        // egui may lay out a frame twice: the pointer acts and time passes once.
+        // egui may lay out a frame twice: the pointer acts and time passes only once.
         if stepped.is_none() {
             read_pointer(ui.ctx(), viewer);
             viewer.session.advance(real, stopwatch);
@@ -324,17 +324,17 @@ fn lay_out(
     (output, stepped.unwrap_or_default())
 }
 
-/// That the graphics device was lost, and what became of the run, which needs none.
+/// Returns the message after a loss of the graphics device, with the state of the run.
 fn lost(viewer: &Viewer, reason: &str) -> String {
     format!("the graphics device was lost ({reason}); {}", kept(viewer))
 }
 
-/// Saves the run; says how to go on, or why it cannot be saved.
+/// Saves the run; explains how to resume it, or why it cannot be saved.
 fn kept(viewer: &Viewer) -> String {
     viewer.keep_run().unwrap_or_else(|why| format!("the run cannot be saved: {why}"))
 }
 
-/// Gives the window the title and the screen that the viewer asks for, where they have changed.
+/// Updates title and full screen of the window, if they have changed.
 fn dress(window: &Window, viewer: &Viewer, (title, is_full): (&mut String, &mut bool)) {
     if *is_full != viewer.wishes.full_screen {
         *is_full = viewer.wishes.full_screen;
@@ -349,7 +349,7 @@ fn dress(window: &Window, viewer: &Viewer, (title, is_full): (&mut String, &mut 
 
 impl ApplicationHandler<Arrival> for Shell {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
-        // It can come again.
+        // winit may call this several times.
         if self.window.is_some() {
             return;
         }

@@ -1,28 +1,27 @@
-//! The status file: what each frame showed, a line of JSON, for tests that drive the window from
+//! The status file: the state of each frame, a line of JSON, for tests that control the window from
 //! outside.
 //!
-//! Places are in pixels of the window. Keys: `frame`, `scene`, `time`, `steps`, `paused`, `speed`,
-//! `real_time_factor`, `step_ms`, `frame_rate` (null before they are measured), `stability` (the
-//! substep as a share of the longest stable one, or null), `failed` (whether the run stopped by
-//! itself), `offers` (how many ways out there are), `held` (particle or null), `held_solid`,
-//! `held_position`, `held_target`, `held_screen`, `selected`, `pinned` (whether the selected
-//! particle is), `pins`
-//! (how many are), `hovered`, `springs` (how many there are), `note`, `error` (the last estimate of
-//! the error or null: `at`, `over`, `rms`, `worst`, `worst_error`), `aim` (a particle in plain
-//! view: `particle`, `screen`), `stiffness`, `wind` (N on a particle), `force` (on each particle at
-//! present, N), `trade` (null while it is off or waits: `measured` settings, the `cheapest` of them
-//! in s/s, `now`, `done`, `failure`, priced `parts`, `search`), `solver` (`integrator`, `substeps`
-//! or null while they are chosen, `automatic`, `precision`), `elastic` (energy, J, or null), `past`
-//! (`back` and `ahead`: how many states one can look back to, and come back to; `undo` and `redo`:
-//! what they would take back and do again, or null), `recording` (its file or null), `twin` (null,
-//! or its root mean square distance, m), `gallery` (null, or how many of its pictures are drawn),
-//! `solids` (where their middles are seen), `findings` (sentences on what went wrong), `crossings`
-//! (pairs of triangles that cross, or null), `contacts` (with obstacles, since the start),
-//! `full_screen`, `focus` (whether a control has the keyboard), `group` and `grabs` (how many
-//! particles are to be grabbed together, and are held), `guide` (steps done of the guide, or null),
-//! `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `filming` (null, or frames that
-//! are written),
-//! `pixels_per_point`, `view` and `landmarks` (rectangles: left, top, width, height).
+//! Positions are in pixels of the window. Keys: `frame`, `scene`, `time`, `steps`, `paused`,
+//! `speed`, `real_time_factor`, `step_ms`, `frame_rate` (null before they are measured),
+//! `stability` (the substep relative to the longest stable one, or null), `failed` (whether the run
+//! stopped by itself), `offers` (number of recovery options), `held` (particle or null),
+//! `held_solid`, `held_position`, `held_target`, `held_screen`, `selected`, `pinned` (whether the
+//! selected particle is), `pins` (their number), `hovered`, `springs` (their number), `note`,
+//! `error` (the last estimate of the error or null: `at`, `over`, `rms`, `worst`, `worst_error`),
+//! `aim` (a visible particle: `particle`, `screen`), `stiffness`, `wind` (N on a particle), `force`
+//! (the current one on each particle, N), `trade` (null while it is off or waits: number of
+//! `measured` settings, cost of the `cheapest` in s/s, `now`, `done`, `failure`, measured `parts`,
+//! `search`), `solver` (`integrator`, `substeps` or null until they are chosen, `automatic`,
+//! `precision`), `elastic` (energy, J, or null), `past` (`back` and `ahead`: number of earlier and
+//! later states; `undo` and `redo`: their next edits, or null), `recording` (its file or null),
+//! `twin` (null, or its root mean square distance, m), `gallery` (null, or number of rendered
+//! thumbnails), `solids` (positions of their centres), `findings` (sentences), `crossings`
+//! (intersecting pairs of triangles, or null), `contacts` (with obstacles, since the start),
+//! `full_screen`, `focus` (whether a control has the focus), `group` and `grabs` (numbers of
+//! particles in the group, and grabbed), `guide` (completed steps of the tour, or null),
+//! `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `filming` (null, or number of
+//! written frames), `pixels_per_point`, `view` and `landmarks` (rectangles: left, top, width,
+//! height).
 
 use crate::session::{Deed, ErrorNow, Search, Session};
 use crate::viewer::{Guide, Viewer};
@@ -35,7 +34,7 @@ use msd_run::{Finding, on};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// What a frame showed; `scale` is how many pixels a point has.
+/// Reports the state of a frame; `scale` is the pixels per point.
 pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
     let session = &viewer.session;
     let (pace, held) = (session.pace(), session.held());
@@ -75,7 +74,7 @@ pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
         "trade": trade(session),
         "solver": solver(session),
     });
-    // One macro cannot hold so many.
+    // A single `json!` would exceed the recursion limit of macros.
     let more = report_of_view(viewer, scale);
     if let (Value::Object(report), Value::Object(more)) = (&mut report, more) {
         report.extend(more);
@@ -83,7 +82,7 @@ pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
     report
 }
 
-/// What it showed besides: the past, the tools, the view.
+/// Reports the rest of the state: past, tools, view.
 fn report_of_view(viewer: &Viewer, scale: f32) -> Value {
     let session = &viewer.session;
     let landmarks: BTreeMap<_, _> =
@@ -113,7 +112,7 @@ fn report_of_view(viewer: &Viewer, scale: f32) -> Value {
     })
 }
 
-/// Where the middle of each solid is seen.
+/// Returns the positions of the centres of the solids on the screen.
 fn solids(viewer: &Viewer) -> impl Iterator<Item = Option<Pos2>> + '_ {
     let runner = viewer.session.runner();
     let (solids, time) = on!(runner, run => (run.model().solids(), run.time()));
@@ -126,13 +125,13 @@ fn filming(viewer: &Viewer) -> Option<usize> {
     viewer.filming.as_ref().map(|filming| filming.progress()[0])
 }
 
-/// In a browser there are no films.
+/// A browser does not make films.
 #[cfg(target_arch = "wasm32")]
 fn filming(_: &Viewer) -> Option<usize> {
     None
 }
 
-/// What is known of the trade, while it is shown.
+/// Reports the trade-off, if it is open.
 fn trade(session: &Session) -> Option<Value> {
     let report = session.study().filter(|_| session.trade().is_on())?;
     let parts = session.terms();
@@ -148,7 +147,7 @@ fn trade(session: &Session) -> Option<Value> {
     }))
 }
 
-/// What one can look back to, and undo.
+/// Reports the history and undo.
 fn past(session: &Session) -> Value {
     json!({
         "back": session.steps_back(),
@@ -167,7 +166,7 @@ fn camera(camera: &Camera) -> Value {
     })
 }
 
-/// How it is stepped.
+/// Reports the solver.
 fn solver(session: &Session) -> Value {
     let (runner, settings) = (session.runner(), session.runner().settings());
     json!({
@@ -198,7 +197,7 @@ fn area(rect: Rect, scale: f32) -> [f32; 4] {
     [rect.left(), rect.top(), rect.width(), rect.height()].map(|side| side * scale)
 }
 
-/// The particle nearest to the eye, and where a click on it lands.
+/// Returns the particle nearest to the camera, and its position on the screen.
 fn aim(viewer: &Viewer) -> Option<(usize, Pos2)> {
     let depth = |point: Vec3| viewer.camera.depth(point);
     let (particle, point) = on!(viewer.session.runner(), simulation => {

@@ -1,4 +1,4 @@
-//! The surface of the window: its size, its next texture, and what to do when it is lost.
+//! The surface of the window: its size, its next texture, and recovery after its loss.
 
 use super::canvas::{Canvas, Painting};
 use crate::viewer::Viewer;
@@ -7,20 +7,20 @@ use std::sync::{Arc, OnceLock};
 use wgpu::{CurrentSurfaceTexture, SurfaceTexture};
 use winit::window::Window;
 
-/// A window that can be drawn on.
+/// The surface of a window, with its renderers.
 pub(crate) struct WindowSurface {
     window: Arc<Window>,
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
     pub(super) canvas: Canvas,
-    /// Why the device is lost, once it is.
+    /// Reason for the loss of the device, once it is lost.
     loss: Arc<OnceLock<String>>,
-    /// Whether a test has taken the surface away.
+    /// Whether a test simulates the loss of the surface.
     pub(super) is_lost: bool,
 }
 
 impl WindowSurface {
-    /// Prepares to draw on a window; `None` if the adapter cannot draw on it after all.
+    /// Creates the surface of a window; `None` if the adapter does not support it.
     pub(crate) fn new(
         window: Arc<Window>,
         gpu: Gpu,
@@ -48,33 +48,33 @@ impl WindowSurface {
         Some(surface)
     }
 
-    /// The longest side of a texture, pixels.
+    /// Returns the largest side of a texture, pixels.
     pub(crate) fn longest_side(&self) -> usize {
         self.canvas.gpu.device.limits().max_texture_dimension_2d as usize
     }
 
-    /// How much a picture may cost.
+    /// Returns the quality of the graphics.
     pub(crate) fn quality(&self) -> Quality {
         Quality::of(&self.canvas.gpu.adapter)
     }
 
-    /// What it is drawn with.
+    /// Returns the graphics device.
     pub(crate) fn gpu(&self) -> &Gpu {
         &self.canvas.gpu
     }
 
-    /// The driver, for the log.
+    /// Returns the name of the adapter, for the log.
     pub(crate) fn adapter(&self) -> String {
         let info = self.canvas.gpu.adapter.get_info();
         format!("{} ({})", info.name, info.backend)
     }
 
-    /// Why the graphics device is lost, if it is.
+    /// Returns the reason for the loss of the device, if it is lost.
     pub(crate) fn loss(&self) -> Option<&str> {
         self.loss.get().map(String::as_str)
     }
 
-    /// Takes the size of the window; a minimised one has none.
+    /// Adapts to the size of the window; a minimised one has none.
     pub(crate) fn resize(&mut self) {
         let size = self.window.inner_size();
         if size.width == 0 || size.height == 0 {
@@ -86,13 +86,13 @@ impl WindowSurface {
         self.surface.configure(&self.canvas.gpu.device, &self.config);
     }
 
-    /// Whether there is anything to draw on.
+    /// Returns whether the window has an area.
     pub(crate) fn is_visible(&self) -> bool {
         let size = self.window.inner_size();
         0 < size.width && 0 < size.height
     }
 
-    /// Draws a frame, or only takes over egui's textures where the window has none to give.
+    /// Renders a frame, or only updates egui's textures if the surface has no texture.
     pub(crate) fn paint(&mut self, viewer: &Viewer, mut painting: Painting) {
         self.canvas.take_textures(&mut painting);
         if let Some(frame) = self.next_frame() {
@@ -117,7 +117,7 @@ impl WindowSurface {
             }
             CurrentSurfaceTexture::Outdated => {
                 self.resize();
-                // A paused window asks for no other frame by itself.
+                // A paused window requests no further frame by itself.
                 self.window.request_redraw();
                 None
             }

@@ -1,4 +1,4 @@
-//! `msd bench`: the work that it measures, and the positions that it writes.
+//! `msd bench`: its workloads, and the positions that it writes.
 
 use crate::common::{folder, json, outcome, quiet};
 use msd_run::Runner;
@@ -11,7 +11,7 @@ fn msd(folder: &Path, arguments: &[&str]) -> Command {
     crate::common::msd(folder, &[&["bench"], arguments].concat())
 }
 
-/// The error of msd bench, which must be one line and leave no file.
+/// Returns the error of `msd bench`, which must be one line and leave no file.
 fn refused(arguments: &[&str], code: i32) -> String {
     let folder = folder();
     let told = crate::common::refused(msd(folder.path(), arguments), code);
@@ -19,7 +19,7 @@ fn refused(arguments: &[&str], code: i32) -> String {
     told
 }
 
-/// Positions of a file: x, y, z of each particle.
+/// Reads the positions of a file: x, y, z of each particle.
 fn read(path: &Path) -> Vec<[f64; 3]> {
     let bytes = std::fs::read(path).expect("positions");
     let number = |bytes: &[u8]| f64::from_le_bytes(bytes.try_into().expect("8 bytes"));
@@ -44,13 +44,13 @@ fn a_measured_cloth_tells_the_documented_keys_and_counts() {
     assert_eq!((&told["substeps"], &told["threads"]), (&12.into(), &1.into()));
     assert!((told["step"].as_f64().unwrap() - 1.0 / 720.0).abs() < 1e-15);
     assert!(20 <= told["batches"].as_u64().unwrap());
-    // The median is told both ways; every update of a frame is one spring in one substep.
+    // The median appears in both units; each update of a frame is one spring in one substep.
     let wall = told["ms_per_frame"]["wall"].as_f64().unwrap();
     let median = told["updates_per_second"]["median"].as_f64().unwrap();
     assert!((1e-3 * wall * median / (12.0 * 210.0) - 1.0).abs() < 1e-9);
     assert!(median <= told["updates_per_second"]["best"].as_f64().unwrap());
     assert!(0.0 < told["ms_per_frame"]["cpu"].as_f64().unwrap());
-    // Rows of the scene alone take more than this, where the system tells.
+    // The rows of the scene alone exceed this, if the system reports the memory.
     assert!(told["peak_memory_bytes"].as_u64().is_none_or(|bytes| 10_000 < bytes));
 }
 
@@ -85,7 +85,7 @@ fn positions_are_those_of_a_run_through_the_library_to_the_bit() {
     ] {
         for precision in [Precision::F32, Precision::F64] {
             let name = precision.name();
-            // The library takes the best instructions: their bits are those of the plainest.
+            // The library uses the best instructions, which give the same bits as the plain ones.
             let arguments = [work, size, "--precision", name, "--positions", "p.bin"];
             let arguments = [&arguments[..], &["--instructions", "plain"]].concat();
             let told = quiet(msd(folder.path(), &arguments));

@@ -1,4 +1,4 @@
-//! The program as its help describes it: the real binary, run as a user would.
+//! The commands of the help: the real binary, run as a user would.
 
 use crate::common::{done, folder, json, outcome, parse, quiet, refused, text};
 use msd_core::Settings;
@@ -8,7 +8,7 @@ use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 
-/// The program where there is no display.
+/// Returns the program without a display.
 fn msd(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = crate::common::msd(folder, arguments);
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
@@ -26,7 +26,7 @@ fn scenes_lists_every_built_in_scene_with_a_line() {
         assert!(listed.lines().any(|line| line.starts_with(builtin.name)), "{}", builtin.name);
     }
     assert_eq!(listed.lines().count(), msd_scene::BUILTINS.len());
-    // Names and titles are two columns, in each line.
+    // Names and titles form two columns in all lines.
     for listed in [listed, quiet(msd(folder().path(), &["methods"]))] {
         let longest = listed.lines().map(|line| line.find("  ").unwrap_or(line.len())).max();
         let start = longest.expect("a line") + 2;
@@ -48,10 +48,10 @@ fn auto_takes_nine_tenths_of_the_longest_stable_step_and_ends_on_time() {
     let folder = folder();
     let report = json(msd(folder.path(), &["run", "cube", "--step", "auto", "--duration", "1"]));
     let cube = Runner::open(&open("cube").expect("a built-in scene")).expect("a valid scene");
-    // The limit depends a little on the number of substeps: that of the default ones counts.
+    // The limit depends slightly on the number of substeps: that of the default ones counts.
     let substeps = Settings::default().substeps;
     let stable = on!(&cube, cube => cube.stable_substep_of(cube.settings().integrator, substeps));
-    // As few steps of at most nine tenths as end on time.
+    // The fewest steps of at most nine tenths of the limit that end on time.
     let steps = number(&report, "steps");
     assert_eq!(steps, (1.0 / (0.9 * stable)).ceil());
     assert_eq!(report["automatic"], serde_json::json!({ "least": 1, "most": 1 }));
@@ -144,14 +144,14 @@ fn a_state_without_a_time_is_noted_where_solids_or_pins_move() {
     let pins = "s.csv holds no time: pins with `key_frames`, `follow` or `until` begin anew; \
                 `--save RUN.msd` keeps a run that goes on where it was";
     assert_eq!(notes("gripper"), serde_json::json!([pins]));
-    // Its ball stands still.
+    // Its ball does not move.
     assert_eq!(notes("drape"), serde_json::json!([]));
 }
 
 #[test]
 fn a_mesh_runs_and_its_state_has_a_row_per_particle() {
     let folder = folder();
-    // No such file here: the mesh that the program carries stands in.
+    // No such file exists here: the built-in mesh replaces it.
     let said =
         quiet(msd(folder.path(), &["run", "bunny.obj", "--duration", "0.1", "--out", "s.csv"]));
     assert!(said.contains("1839 vertices") && said.contains("closed"), "{said}");
@@ -175,7 +175,7 @@ fn a_trace_has_the_start_and_a_row_per_step_and_conserves_energy() {
     assert_eq!(rows[1][..2], ["0", "0.0"]);
     assert_eq!(rows[121][..2], ["120", "2.0"]);
     let total = |row: &Vec<&str>| row[7].parse::<f64>().expect("a number");
-    // Half of k x² for x = 1.4 m, k = 10 N/m; the error of Verlet goes as (h w)², here 6e-4.
+    // Half of k x² for x = 1.4 m, k = 10 N/m; the error of Verlet is of order (h w)², here 6e-4.
     assert!((total(&rows[1]) - 9.8).abs() < 1e-5);
     assert!(rows[1..].iter().all(|row| (total(row) - 9.8).abs() < 9.8 * 1e-3));
     assert_eq!(rows[1][16..], ["0.0", "0.0", "0.0", "5.4", "0.0", "0.0"]);
@@ -212,10 +212,10 @@ fn a_trace_has_the_force_that_holds_each_set_of_pins() {
     let force = |line: &str| -> Vec<f64> {
         line.rsplit(',').take(3).map(|number| number.parse().expect("a number")).collect()
     };
-    // At the start no spring pulls: the pin holds its own particle.
+    // At the start no spring pulls: the pin carries its own particle only.
     assert_eq!(force(lines.next().expect("a start")), [0.0, 2.0 * 9.82, 0.0]);
-    // At rest each of the two pins holds half of the particle between them, which has slowed down
-    // by exp(−t b / m) = exp(−100) since.
+    // At rest each of the two pins carries half of the particle between them, whose motion has
+    // decayed by exp(−t b / m) = exp(−100).
     let [z, y, x] = force(lines.last().expect("an end"))[..] else { panic!("three numbers") };
     assert!((x.abs(), (y - 3.0 * 9.82).abs(), z.abs()) < (1e-9, 1e-9, 1e-9), "{x} {y} {z}");
 }
@@ -254,7 +254,7 @@ fn a_run_that_diverges_says_where_and_keeps_the_last_good_state() {
     for part in ["error: cloth: diverged: particle ", " in step "] {
         assert!(last.contains(part), "{said}");
     }
-    // Advice is given once, and names one limit.
+    // The advice appears once, and gives one limit.
     assert_eq!(said.matches("try --").count(), 1, "{said}");
     assert_eq!(said.matches("predicted").count(), 1, "{said}");
     let report = parse(&text(&output.stdout));
@@ -273,7 +273,7 @@ fn the_advice_names_another_method_and_leads_to_a_run_that_lasts() {
     };
     let said = text(&run(&["--integrator", "explicit-euler"]).stderr);
     assert!(said.contains("--integrator velocity-verlet"), "{said}");
-    // A stiffer material helps no run that flew apart.
+    // After a divergence, a stiffer material is not useful advice.
     assert!(!said.contains("inside out"), "{said}");
     let followed = run(&["--integrator", "velocity-verlet"]);
     assert_eq!((followed.status.code(), text(&followed.stderr).as_str()), (Some(0), ""));
@@ -325,7 +325,7 @@ fn a_file_that_leaves_out_its_substeps_says_which_it_took() {
     assert!((60.0 * least..=60.0 * most).contains(&number(&report, "steps")));
     let told = quiet(msd(folder.path(), &["run", "c.toml", "--duration", "0.1"]));
     assert!(told.contains("substeps chosen: ") && told.contains("in each 16.67 ms"), "{told}");
-    // A number takes their place, and the command line may ask for them.
+    // A number replaces them, and the command line can select them.
     let fixed = json(msd(folder.path(), &["run", "c.toml", "--duration", "0", "--substeps", "99"]));
     assert_eq!((&fixed["automatic"], &fixed["substeps"]), (&Value::Null, &99.into()));
     let asked = ["run", "cube", "--duration", "0.1", "--substeps", "auto"];
@@ -336,7 +336,7 @@ fn a_file_that_leaves_out_its_substeps_says_which_it_took() {
 fn a_recording_of_automatic_substeps_is_replayed_to_the_bit() {
     let folder = folder();
     let record = ["run", "foam", "--substeps", "auto", "--duration", "8", "--record", "c.msdrec"];
-    // It warns of the cells that the sticky wall leaves flat.
+    // It warns of the flat cells at the sticky wall.
     let report = |arguments: &[&str]| -> Value {
         let said = done(msd(folder.path(), &[arguments, &["--json"]].concat()));
         serde_json::from_str(&said).expect("JSON")
@@ -388,7 +388,7 @@ fn inspect_prints_what_a_body_amounts_to_and_refuses_what_is_no_scene() {
     let text = quiet(msd(path, &["inspect", "gel.toml"]));
     assert!(text.contains("Young's modulus 12540 Pa in 26 directions\n"), "{text}");
     assert!(text.contains("gelatine-5%: Poisson's ratio is 1/4, that of springs"), "{text}");
-    // It may take longer than a second, which a notice says.
+    // It may take longer than a second and then print a notice.
     let bunny = outcome(msd(path, &["inspect", "bunny"])).stdout;
     let bunny = String::from_utf8_lossy(&bunny);
     assert!(bunny.contains("volume") && bunny.contains("bunny.obj: "), "{bunny}");

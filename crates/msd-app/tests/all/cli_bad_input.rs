@@ -1,11 +1,11 @@
-//! Bad input on the command line: refused in one clear line, with exit code 2 and nothing written.
-//! What may be wrong inside a file is told in `bad_files.rs` of `msd-scene`.
+//! Bad input on the command line: refused in one clear line, with exit code 2 and no output file.
+//! `bad_files.rs` of `msd-scene` tests errors inside files.
 
 use crate::common::{msd, refused};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// A folder with broken files.
+/// Creates a folder with broken files.
 fn folder() -> TempDir {
     let folder = crate::common::folder();
     for (name, text) in FILES {
@@ -33,7 +33,7 @@ fn names(folder: &Path) -> Vec<PathBuf> {
     names
 }
 
-/// Runs msd, which must refuse with these words in one line and leave no file.
+/// Runs msd, which must print these words in one line and leave no file.
 fn refuse(folder: &Path, arguments: &[&str], told: &[&str]) {
     let before = names(folder);
     let said = refused(msd(folder, arguments), 2);
@@ -44,7 +44,7 @@ fn refuse(folder: &Path, arguments: &[&str], told: &[&str]) {
     assert_eq!(names(folder), before, "{arguments:?}");
 }
 
-/// Runs a scene and asks for files, none of which may appear.
+/// Runs a scene with output files, none of which may appear.
 fn refuse_scene(folder: &Path, scene: &str, told: &[&str]) {
     refuse(folder, &["run", scene, "--out", "s.csv", "--trace", "t.csv"], told);
     refuse(folder, &["render", scene, "--out", "s.png"], told);
@@ -149,7 +149,7 @@ fn a_command_that_is_none_is_refused_with_the_nearest() {
     refuse(folder.path(), &["jely"], &["did you mean `jelly`?"]);
     let told = "there is no option --duration; it belongs to msd run, msd export, msd study";
     refuse(folder.path(), &["jelly", "--duration", "1"], &[told]);
-    // Solver options of the window are refused before it opens.
+    // The window checks the options of the solver before it opens.
     let told = "velocity-verlet does not use --tolerance; only dormand-prince does";
     refuse(folder.path(), &["view", "jelly", "--tolerance", "1e-3"], &[told]);
     refuse(folder.path(), &["jelly", "--tolerance", "1e-3"], &[told]);
@@ -158,7 +158,7 @@ fn a_command_that_is_none_is_refused_with_the_nearest() {
 #[test]
 fn an_output_without_a_place_is_refused_before_the_run() {
     let folder = folder();
-    // These would run for hours.
+    // These runs would take hours.
     let run = ["run", "good.toml", "--duration", "1e7"];
     for (arguments, told) in [
         (["--out", "nowhere/s.csv"], "nowhere/s.csv: cannot be written: there is no folder"),

@@ -1,4 +1,4 @@
-//! Films of `msd render`: the frames, what they are written into, and what is refused.
+//! Films of `msd render`: frames, formats, and refusals.
 #![cfg(feature = "window")]
 
 use crate::common::{done, folder, msd, parse, refused};
@@ -8,7 +8,7 @@ use std::path::Path;
 
 const SIZE: [u32; 2] = [96, 64];
 
-/// Whether pictures can be drawn; nothing will not do where CI has installed a driver.
+/// Returns whether pictures can be rendered; CI has a driver, so there they must be.
 fn can_draw(folder: &Path) -> bool {
     let output = crate::common::outcome(msd(folder, &["render", "chain", "--out", "try.png"]));
     let said = crate::common::text(&output.stderr);
@@ -21,19 +21,19 @@ fn can_draw(folder: &Path) -> bool {
     false
 }
 
-/// Films half a second of the dice, six frames.
+/// Renders a film of half a second of the dice, six frames.
 fn film(folder: &Path, out: &str, more: &[&str]) -> serde_json::Value {
     let size = format!("{}x{}", SIZE[0], SIZE[1]);
     let render = ["render", "dice", "--frames", "0:0.5:1/10", "--size", &size, "--json", "--out"];
     parse(&done(msd(folder, &[&render[..], &[out], more].concat())))
 }
 
-/// Red, green, blue and opacity of a PNG.
+/// Reads the pixels of a PNG.
 fn png(path: &Path) -> Vec<u8> {
     image::open(path).expect("a picture").into_rgba8().into_raw()
 }
 
-/// The frames of an animated WebP, each with how long it lasts, milliseconds.
+/// Reads the frames of an animated WebP, each with its duration, milliseconds.
 fn webp(path: &Path) -> Vec<(Vec<u8>, u32)> {
     let file = BufReader::new(File::open(path).expect("a film"));
     let mut decoder = image_webp::WebPDecoder::new(file).expect("a WebP file");
@@ -48,8 +48,8 @@ fn webp(path: &Path) -> Vec<(Vec<u8>, u32)> {
         .collect()
 }
 
-/// How much a picture is apart from another where it is seen: the ratio of the largest square of an
-/// error to their mean, decibels.
+/// Returns the similarity of two pictures where they are visible: the peak signal-to-noise ratio,
+/// decibels.
 fn closeness(a: &[u8], b: &[u8]) -> f64 {
     let pairs = a.chunks_exact(4).zip(b.chunks_exact(4)).filter(|(a, b)| (a[3], b[3]) != (0, 0));
     let errors: Vec<f64> = pairs
@@ -73,8 +73,8 @@ fn a_film_as_webp_looks_as_its_frames_do() {
         assert_eq!(frames.len(), 6);
         for (number, (pixels, lasting)) in frames.iter().enumerate() {
             let alone = png(&path.join(format!("film/{number:03}.png")));
-            // Pixels are few here, and colours have half of their resolution. What may be
-            // transparent is without loss.
+            // The pictures are small, and colours have half their resolution. Films with
+            // transparency are lossless.
             let close = closeness(pixels, &alone);
             let least = if more.contains(&"none") { f64::INFINITY } else { 33.0 };
             assert!(least <= close, "{more:?}: frame {number}: {close} dB");
@@ -101,7 +101,7 @@ fn a_film_of_four_seconds_is_small_enough_to_be_sent_and_clean() {
     assert!(bytes < 2_000_000 / 5, "{bytes} bytes");
     for (number, (pixels, _)) in webp(&path.join("film.webp")).iter().enumerate() {
         let close = closeness(pixels, &png(&path.join(format!("{number:02}.png"))));
-        // From 40 dB on a difference is not seen; an error of one level in every part is 48 dB.
+        // From 40 dB on a difference is not visible; one level of error in every channel is 48 dB.
         assert!(40.0 < close, "frame {number}: {close} dB");
     }
 }
@@ -133,7 +133,7 @@ fn a_film_as_gif_has_its_frames_in_few_colours() {
         let alone = png(&path.join(format!("film/{number}.png")));
         let apart = canvas.iter().zip(&alone).map(|(a, b)| f64::from(a.abs_diff(*b)));
         let mean = apart.sum::<f64>() / alone.len() as f64;
-        // 256 colours of a picture with few hues.
+        // The picture has few hues, for which 256 colours are enough.
         assert!(mean < 3.0, "frame {number}: {mean} levels off in the mean");
         number += 1;
     }
@@ -147,7 +147,7 @@ fn the_camera_holds_all_that_moves_in_the_picture() {
     if !can_draw(path) {
         return;
     }
-    // It falls, and is seen from its start to its end: no pixel of it touches the rim.
+    // The body falls within the view in all frames: no pixel of it touches the edge.
     let more = ["--background", "none", "--camera", "front"];
     film(path, "film/%d.png", &more);
     let [width, height] = SIZE.map(|side| side as usize);
@@ -180,7 +180,7 @@ fn colours_stand_for_what_was_asked_for_on_one_scale_with_a_legend() {
         assert!(bare != own, "{quantity}");
         let explained = picture("explained.png", &["--colour-by", quantity]);
         let rows = bare.chunks_exact(4 * 480).zip(explained.chunks_exact(4 * 480));
-        // The legend is in the lower left corner: 12 points beside the sides, 104 by 150.
+        // The legend is in the lower left corner: 12 points from the sides, 104 by 150.
         for (row, (bare, explained)) in rows.enumerate() {
             let [left, right] = [bare, explained].map(|row| row.split_at(4 * (12 + 104)));
             assert!(left.1 == right.1, "{quantity}: row {row}");
@@ -190,7 +190,7 @@ fn colours_stand_for_what_was_asked_for_on_one_scale_with_a_legend() {
         let other = ["--colour-by", quantity, "--no-legend", "--full-scale", "1234"];
         assert!(picture("other.png", &other) != bare, "{quantity}");
     }
-    // All frames of a film are on one scale, which ends at 1, 2 or 5 times a power of ten.
+    // All frames of a film have the same scale, which ends at 1, 2 or 5 times a power of ten.
     let speeds = |scale: &[&str]| {
         let speeds = ["--colour-by", "speed", "--no-legend"];
         film(path, "%d.png", &[&speeds[..], scale].concat());

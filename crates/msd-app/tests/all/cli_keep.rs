@@ -1,4 +1,4 @@
-//! Saving, going on, recording and replaying, to the last bit, even when the program is killed.
+//! Saving, resuming, recording and replaying, to the last bit, even if the program is killed.
 
 use crate::common::{folder, json, msd, outcome, parse, refused, text};
 use msd_app::session::Session;
@@ -28,7 +28,7 @@ fn a_saved_run_goes_on_to_the_bits_of_one_that_never_stopped() {
         assert_eq!((rest["duration"].as_f64(), rest["steps"].as_u64()), (Some(0.5), Some(720)));
         assert_eq!(rest["scene"], "dice");
     }
-    // What the command line says goes before what was saved.
+    // The command line overrides the saved run.
     let other =
         json(msd(folder.path(), &["run", "s.msd", "--duration", "0", "--integrator", "rk4"]));
     assert_eq!((&other["integrator"], &other["precision"]), (&"rk4".into(), &"f64".into()));
@@ -101,8 +101,8 @@ fn a_recording_without_its_end_is_replayed_with_a_warning_and_a_damaged_one_if_a
     let path = folder.path().join("r.msdrec");
     json(msd(folder.path(), &["run", "square", "--duration", "2", "--record", "r.msdrec"]));
     let bytes = std::fs::read(&path).expect("the recording");
-    // Events: 60 steps, 60 steps, the end. A length takes 8 bytes, a hash 32, the steps 2; of the
-    // end it is not known, as small numbers take fewer bytes.
+    // Events: 60 steps, 60 steps, the end. A length takes 8 bytes, a hash 32, the steps 2; the size
+    // of the end varies, as small numbers take fewer bytes.
     let end = (0..bytes.len()).rev().find(|&at| {
         let length = bytes[at..].first_chunk().map(|bytes| u64::from_le_bytes(*bytes));
         length.is_some_and(|length| at as u64 + 8 + length + 32 == bytes.len() as u64)
@@ -119,7 +119,7 @@ fn a_recording_without_its_end_is_replayed_with_a_warning_and_a_damaged_one_if_a
     assert!(text(&output.stderr).starts_with("warning: the end of the recording is missing"));
     let report = parse(&text(&output.stdout));
     assert_eq!((&report["duration"], &report["replay"]["cut_short"]), (&1.0.into(), &true.into()));
-    // A flipped bit in a length, in a content, a cut within an event, bytes after the end.
+    // A flipped bit in a length or in a content, a cut within an event, bytes after the end.
     let flipped = |at: usize| {
         let mut bytes = bytes.clone();
         bytes[at] ^= 64;
@@ -156,7 +156,7 @@ fn a_recording_without_its_end_is_replayed_with_a_warning_and_a_damaged_one_if_a
 #[test]
 fn a_replay_that_ends_elsewhere_says_so() {
     let folder = folder();
-    // Its end is that of another run, as another version of msd might have found it.
+    // Its end belongs to another run, as another version of msd might have computed it.
     let mut runner = Runner::open(&open("square").expect("a scene")).expect("a run");
     let start = runner.to_loaded("square", "");
     let path = folder.path().join("r.msdrec");
@@ -205,7 +205,7 @@ fn what_cannot_be_saved_recorded_or_replayed_is_refused_in_one_line() {
     assert!(!path.join("d.csv").exists());
 }
 
-/// Times that the program is killed.
+/// Number of kills of the program.
 const KILLS: usize = 200;
 
 #[test]
@@ -221,7 +221,7 @@ fn a_kill_at_any_moment_leaves_a_saved_run_that_goes_on_to_the_bit() {
             ["run", "s.msd", "--duration", "1e5", "--save", "s.msd", "--save-every", "0.01"];
         let mut command = msd(folder.path(), &arguments);
         let mut child = command.stdout(Stdio::null()).spawn().expect("msd starts");
-        // It saves after every step. Once it does, it is killed somewhere in the next saves.
+        // It saves after every step. After the first save, it is killed during one of the next.
         while std::fs::read(&file).expect("a saved run") == before {
             assert_eq!(child.try_wait().expect("a child"), None, "it runs for hours");
             std::thread::sleep(Duration::from_millis(1));
@@ -234,11 +234,11 @@ fn a_kill_at_any_moment_leaves_a_saved_run_that_goes_on_to_the_bit() {
         assert!(steps < now, "kill {kill}: step {now} after {steps}");
         steps = now;
     }
-    // The bits of one run that was never killed.
+    // The bits of an uninterrupted run.
     let mut runner = Runner::open(&open("chain").expect("a scene")).expect("a run");
     (0..steps).for_each(|_| runner.step().expect("a step"));
     assert!(load_saved(&file).expect("a saved run") == of(&runner));
-    // What a kill leaves beside it is cleared away by the next that writes the same file.
+    // The next write of the same file removes the leftover of a kill.
     let part = folder.path().join(".msd-0123456789abcdef-0.part");
     std::fs::write(&part, "of another file").expect("a file");
     json(msd(folder.path(), &["run", "s.msd", "--duration", "0", "--save", "s.msd"]));
@@ -248,7 +248,7 @@ fn a_kill_at_any_moment_leaves_a_saved_run_that_goes_on_to_the_bit() {
     assert_eq!(names, [part, file]);
 }
 
-/// A run of the chain as the program saves it.
+/// Returns a run of the chain as the program saves it.
 fn of(runner: &msd_run::Runner) -> Loaded {
     runner.to_loaded("chain", &open("chain").expect("a scene").title)
 }

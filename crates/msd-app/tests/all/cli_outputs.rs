@@ -1,4 +1,4 @@
-//! Files that were there, or were asked for: none is lost or overwritten without a word.
+//! Existing and requested files: none is lost or overwritten silently.
 #![cfg(unix)]
 
 use crate::common::{done, folder, json, msd, names, outcome, parse, quiet, refused, text};
@@ -11,7 +11,7 @@ use std::process::Command;
 
 const ROPE: &str = "version = 1\n[[bodies]]\nkind = 'rope'\nsize = [3]\n";
 
-/// What is in a folder, by name.
+/// Returns the contents of a folder, by name.
 fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let entries = folder.read_dir().expect("a folder").flatten();
     let content = |path: &Path| fs::read(path).unwrap_or_default();
@@ -26,7 +26,7 @@ fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
 fn one_output_that_fails_leaves_the_others_and_each_failure_is_named() {
     let folder = folder();
     let run = ["run", "chain", "--duration", "1", "--json"];
-    // A full disk: what is written there fails at the end, as it is short.
+    // A full disk: the short file fails at its end.
     let files = ["--out", "/dev/full", "--save", "s.msd", "--trace", "t.csv"];
     let output = outcome(msd(folder.path(), &[&run[..], &files].concat()));
     assert_eq!(output.status.code(), Some(2));
@@ -38,7 +38,7 @@ fn one_output_that_fails_leaves_the_others_and_each_failure_is_named() {
     assert_eq!(trace.lines().count(), 62);
     let saved = json(msd(folder.path(), &["run", "s.msd", "--duration", "0"]));
     assert_eq!(saved["state_hash"], report["state_hash"]);
-    // Both that fail are named.
+    // Both failures name their file.
     symlink("/dev/full", folder.path().join("full.csv")).expect("a link");
     let files = ["--out", "/dev/full", "--trace", "full.csv"];
     let output = outcome(msd(folder.path(), &[&run[..], &files].concat()));
@@ -62,7 +62,7 @@ fn a_run_goes_on_without_the_file_whose_disk_fills_and_says_so() {
     assert!(read("s.csv") == read("alone.csv"));
 }
 
-/// The program where no file may grow beyond a number of blocks of 512 bytes: a full disk.
+/// Returns the program with a limit on the size of files, blocks of 512 bytes: a full disk.
 fn cramped(folder: &Path, blocks: u32, arguments: &[&str]) -> Command {
     let mut shell = Command::new("sh");
     let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
@@ -87,7 +87,7 @@ fn on_a_full_disk_old_files_stay_and_a_recording_holds_what_fits() {
     assert!(!said.contains(".part"), "{said}");
     assert_eq!(names(folder.path()), ["r.msdrec", "s.msd", "t.csv"]);
     assert_eq!(fs::read(folder.path().join("t.csv")).expect("t.csv"), b"old");
-    // It ends with a whole event, so it is one that was cut short and not a damaged one.
+    // It ends with a whole event, so it counts as cut short, not as damaged.
     let replay = outcome(msd(folder.path(), &["run", "--replay", "r.msdrec", "--json"]));
     assert_eq!(replay.status.code(), Some(0), "{}", text(&replay.stderr));
     assert_eq!(parse(&text(&replay.stdout))["replay"]["cut_short"], true);
@@ -99,7 +99,7 @@ fn a_run_that_diverged_and_could_not_be_written_says_both() {
     let fall = format!("{ROPE}[world]\nextent = 2\n");
     fs::write(folder.path().join("fall.toml"), fall).expect("a file");
     let output = outcome(msd(folder.path(), &["run", "fall.toml", "--out", "/dev/full"]));
-    // 3 says that the last good state is written.
+    // Code 3 would imply that the last valid state is written.
     assert_eq!(output.status.code(), Some(2));
     let said = text(&output.stderr);
     assert!(said.contains("error: /dev/full:") && said.contains("error: fall:"), "{said}");
@@ -161,14 +161,14 @@ fn a_file_that_stands_where_another_does_is_refused_before_the_run() {
         (&["study", "o.toml", "--out", "study"], "SCENE and --out name the same file, study/"),
         (&["sweep", "s.csv", "--collect", "s.csv"], "SWEEP and --collect name the same file"),
         (&["sweep", "s.csv", "--collect", "hard.csv"], "SWEEP and --collect name the same file"),
-        // The table of a sweep stands beside its folder, by the same name.
+        // The table of a sweep is beside its folder, with the same name.
         (&["sweep", "s.csv"], "SWEEP and the table name the same file, s.csv"),
     ] {
         let message = refused(msd(path, arguments), 2);
         assert!(message.contains(told), "{arguments:?}: {message}");
         assert!(contents(path) == before, "{arguments:?}");
     }
-    // A saved run may be saved over itself: it is the same run further on.
+    // A saved run may replace itself: the new one continues it.
     json(msd(path, &["run", "k.msd", "--duration", "0.1", "--save", "k.msd"]));
 }
 
@@ -209,7 +209,7 @@ fn what_is_overwritten_keeps_its_mode_owner_and_links() {
     for mode in [0o600, 0o604, 0o666, 0o2770] {
         fs::write(path("old.csv"), "old").expect("a file");
         fs::set_permissions(path("old.csv"), Permissions::from_mode(mode)).expect("its owner");
-        // Only who may give files away can see this.
+        // Only a user who may give files away can test this.
         let owned = chown(path("old.csv"), Some(12), Some(34)).is_ok();
         let before = about("old.csv");
         fs::set_permissions(path("old.csv"), Permissions::from_mode(mode)).expect("its owner");
@@ -278,7 +278,7 @@ fn a_name_with_control_characters_is_told_in_one_harmless_line() {
     let out = format!("{odd}.png");
     let command = msd(folder.path(), &["render", "chain", "--size", "8x8", "--out", &out]);
     let output = outcome(command);
-    // Without a graphics driver there is no picture, and the message is as harmless.
+    // Without a graphics driver there is no picture, and the message must be equally safe.
     let said = text(&output.stdout) + &text(&output.stderr);
     assert!(!said.replace('\n', "").contains(char::is_control), "{said:?}");
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 const ROPE: &str = "version = 1\ntitle = 'a rope'\n[[bodies]]\nkind = 'rope'\nname = 'r'\n\
                     size = [5]\nstiffness = 900\ndamping = 1\n";
 
-/// The rope with two keys changed and two more.
+/// The rope with two changed and two additional keys.
 const CHANGED: &str = "version = 1\ntitle = 'a rope'\n[solver]\nintegrator = 'rk4'\n[world]\n\
                        gravity = [0, -1.62, 0]\n[[bodies]]\nkind = 'rope'\nname = 'r'\n\
                        size = [5]\nstiffness = 300\ndamping = 1\n";
@@ -46,7 +46,7 @@ fn a_scene_with_keys_set_is_the_scene_whose_file_says_so() {
     assert_eq!((&set["set"], &file["set"]), (&keys, &json!({})));
     let told = quiet(msd(folder.path(), &with_set(&["run", "rope.toml", "--duration", "1"])));
     assert!(told.contains("set bodies[0].stiffness = 300\n"), "{told}");
-    // An option of the command line goes before both.
+    // An option of the command line overrides both.
     let both = [&SET[..], &["--integrator", "xpbd"]].concat();
     let both = [&["run", "rope.toml", "--duration", "0.1"], &both[..]].concat();
     assert_eq!(json(msd(folder.path(), &both))["integrator"], "xpbd");
@@ -64,7 +64,7 @@ fn the_other_commands_set_keys_too() {
         let goal = ["tune", scene, "--max-error", "0.001", "--duration", "0.1", "--json"];
         parse(&done(msd(folder.path(), &[&goal, set].concat())))
     };
-    // How far the reference is certain follows from the scene alone.
+    // The uncertainty of the reference depends on the scene only.
     let uncertain = "reference_uncertainty";
     assert_eq!(tune("rope.toml", &SET)[uncertain], tune("changed.toml", &[])[uncertain]);
     let terms = ["study", "rope.toml", "--terms", "--duration", "0.1", "--json"];
@@ -97,7 +97,7 @@ fn a_mesh_and_a_built_in_scene_have_keys() {
     assert_eq!(run("cloth", "bodies=[{kind='rope',size=[4]}]")["particles"], 4);
 }
 
-/// Runs with a key set, which is refused in these words by all who open a scene.
+/// Sets a key, which every command that opens a scene must refuse in these words.
 fn refuse(folder: &Path, scene: &str, set: &str, told: &str) {
     let set = ["--set", set];
     for command in [

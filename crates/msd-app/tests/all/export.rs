@@ -1,4 +1,4 @@
-//! `msd export`, and states of other formats: what is written, and what is refused.
+//! `msd export`, and states in other formats: contents, and refusals.
 
 use crate::common::{done, folder, json, msd, names, quiet, refused};
 use std::fs;
@@ -20,7 +20,7 @@ fn a_run_is_written_moment_by_moment() {
     assert_eq!((&report["moments"], &report["time"]), (&11.into(), &1.0.into()));
     assert_eq!(report["files"], serde_json::json!(["c.pc2", "c.obj"]));
     let cache = fs::read(path.join("c.pc2")).expect("c.pc2");
-    // Five particles in a chain; 32 bytes stand before eleven moments of them.
+    // Five particles in a chain; a header of 32 bytes before their eleven moments.
     assert_eq!((&cache[..12], word(&cache, 16), word(&cache, 28)), (&b"POINTCACHE2\0"[..], 5, 11));
     assert_eq!(cache.len(), 32 + 11 * 5 * 12);
     let mesh = fs::read_to_string(path.join("c.obj")).expect("c.obj");
@@ -30,7 +30,7 @@ fn a_run_is_written_moment_by_moment() {
     let mdd = fs::read(path.join("c.mdd")).expect("c.mdd");
     assert_eq!(mdd[..8], [0, 0, 0, 11, 0, 0, 0, 5]);
     assert_eq!(mdd.len(), 8 + 11 * 4 + 11 * 5 * 12);
-    // The same numbers, the other way round.
+    // The same numbers in the opposite byte order.
     let turned: Vec<u8> = mdd[52..].chunks(4).flat_map(|four| four.iter().rev().copied()).collect();
     assert!(turned == cache[32..]);
     export("c.glb");
@@ -40,7 +40,7 @@ fn a_run_is_written_moment_by_moment() {
     assert_eq!(names(path).iter().filter(|name| name.ends_with(".vtu")).count(), 11);
 }
 
-/// The JSON of a GLB file, and vectors of three by their accessor.
+/// Reads the JSON of a GLB file, and its vectors of three by accessor.
 fn glb(bytes: &[u8]) -> (serde_json::Value, impl Fn(&serde_json::Value) -> Vec<[f32; 3]> + '_) {
     let length = word(bytes, 12) as usize;
     let document: serde_json::Value =
@@ -65,7 +65,7 @@ fn glb(bytes: &[u8]) -> (serde_json::Value, impl Fn(&serde_json::Value) -> Vec<[
 fn normals_of_a_glb_follow_the_surface() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("spin.toml");
-    // It turns by a quarter, undeformed: its normal turns from z to x.
+    // The undeformed cloth rotates by a quarter: its normal turns from z to x.
     let text = "version = 1\n[world]\ngravity = [0, 0, 0]\n[[bodies]]\nkind = 'cloth'\n\
                 size = [3, 3]\nspin = [0, 1.5707963, 0]\nstiffness = 1e4\nmass = 0.01\n\
                 damping = 1\n[solver]\nsubsteps = 400\n";
@@ -144,7 +144,7 @@ fn what_no_file_can_be_written_as_is_refused_before_the_run() {
     refuse(&fast, "--every: 1 ms is less than a step of the run, which is 16.67 ms");
     let wrong = [&export("a.npz", "1")[..], &["--every", "1/0"]].concat();
     refuse(&wrong, "must be a number or a fraction such as 1/30");
-    // The mesh of a cache goes beside it.
+    // The mesh of a cache is written beside it.
     let own = ["export", "m.obj", "--to", "m.pc2"];
     refuse(&own, "SCENE and the mesh of --to name the same file, m.obj");
     if cfg!(not(feature = "parquet")) {
@@ -174,7 +174,7 @@ fn moments_between_steps_are_those_nearest_and_it_is_said() {
     let told = "warning: --every: not all moments are at the end of a step of 16.67 ms; the \
                 nearest are taken\n";
     assert_eq!((output.status.code(), crate::common::text(&output.stderr)), (Some(0), told.into()));
-    // Errors alone are printed where that was asked for.
+    // `-q` hides the warning.
     quiet(msd(folder.path(), &[&export[..], &["-q"]].concat()));
 }
 

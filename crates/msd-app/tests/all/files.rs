@@ -1,4 +1,4 @@
-//! Files in the window: a scene that is edited while it runs, and paths that are typed.
+//! Files in the window: edits of a running scene, and typed paths.
 
 use crate::frames::{type_in, window};
 use egui::Key;
@@ -16,7 +16,7 @@ fn masses(viewer: &Viewer) -> f64 {
     viewer.session.loaded().scene.particles.iter().map(|particle| particle.mass).sum()
 }
 
-/// A viewer of a rope of four particles of 1 kg, after a step.
+/// Returns a viewer of a rope of four particles of 1 kg, after a step.
 fn viewer(file: &Path) -> Viewer {
     std::fs::write(file, rope("1.0")).expect("a file");
     let mut viewer =
@@ -35,7 +35,7 @@ fn a_scene_that_is_edited_is_read_again_and_camera_pause_and_selection_stay() {
     let camera = viewer.camera;
     viewer.follow_files(1.0);
     assert_eq!((viewer.session.runner().steps(), masses(&viewer)), (1, 4.0), "nothing was edited");
-    // A text of another length: two writes within the resolution of the clock would be one.
+    // A text of another length: two writes within the resolution of the clock would count as one.
     std::fs::write(&file, rope("2.50")).expect("a file");
     viewer.follow_files(0.01);
     assert_eq!(masses(&viewer), 4.0, "it is looked at a few times a second only");
@@ -58,13 +58,13 @@ fn a_bad_edit_keeps_the_run_and_shows_every_refusal() {
     let note = viewer.note.take().expect("a refusal");
     assert!(note.contains("rope.toml:5:8: bodies[0].mass is -2.5"), "{note}");
     assert!(note.contains("rope.toml:6:11: bodies[0].spacing is 0"), "{note}");
-    // It is said once, until the file is another again.
+    // The message appears once, until the next edit.
     viewer.follow_files(1.0);
     assert_eq!(viewer.note, None);
     std::fs::write(&file, rope("3")).expect("a file");
     viewer.follow_files(1.0);
     assert_eq!(masses(&viewer), 12.0);
-    // A file that is gone, as while an editor writes it, is not an edit.
+    // A missing file, as while an editor writes it, is not an edit.
     std::fs::remove_file(&file).expect("a file");
     viewer.follow_files(1.0);
     assert!(!viewer.is_edited());
@@ -121,6 +121,6 @@ fn a_file_that_is_called_as_a_built_in_scene_is_listed_by_its_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let harness = window(viewer(&folder.path().join("cloth.toml")), [1280.0, 800.0]);
     let listed = |name: &str| harness.query_all_by_role_and_label(Role::Button, name).count();
-    // The label of the built-in scene has the key that opens it, too.
+    // The label of the built-in scene also contains its shortcut.
     assert_eq!((listed("cloth"), listed("cloth.toml")), (0, 1));
 }

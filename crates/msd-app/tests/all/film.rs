@@ -1,6 +1,6 @@
-//! The whole window as pictures: scene, panels and pointer, frame by frame, without a display.
+//! The whole window as images: scene, panels and pointer, frame by frame, without a display.
 //!
-//! Without any graphics adapter each test says that it skips, unless `MSD_REQUIRE_ADAPTER` is set.
+//! Without a graphics adapter each test prints that it skips, unless `MSD_REQUIRE_ADAPTER` is set.
 #![cfg(not(target_arch = "wasm32"))]
 
 use egui::accesskit::Role;
@@ -15,9 +15,9 @@ use msd_run::on;
 use msd_run::rescue::Remedy;
 use std::path::Path;
 
-/// The time from one picture to the next, seconds.
+/// Time from one frame to the next, seconds.
 const FRAME: f64 = 1.0 / 30.0;
-/// The size of the window of the guide, pixels.
+/// Size of the window for the tour, pixels.
 const TOUR: [u32; 2] = [1180, 800];
 
 fn viewer(scene: &str) -> Viewer {
@@ -29,7 +29,7 @@ fn film(scene: &str, size: [u32; 2]) -> Option<Film> {
     film_of(viewer(scene), size)
 }
 
-/// A film, or nothing and a loud line; nothing will not do where CI has a driver.
+/// Creates a film, or prints why that failed; CI has a driver, so there it must succeed.
 fn film_of(viewer: Viewer, size: [u32; 2]) -> Option<Film> {
     let gpu = match msd_app::drivers::quietly(|| pollster::block_on(Gpu::headless())) {
         Ok(gpu) => gpu,
@@ -52,7 +52,7 @@ fn button(at: Pos2, pressed: bool) -> Event {
     Event::PointerButton { pos: at, button, pressed, modifiers }
 }
 
-/// Where the middle particle of the upper face, which is nearest to the camera, is in the window.
+/// Returns the middle particle of the upper face, nearest to the camera, and its screen position.
 fn corner(film: &Film) -> (usize, Pos2) {
     let viewer = film.viewer();
     let positions: Vec<_> = on!(viewer.session.runner(), simulation => {
@@ -66,7 +66,7 @@ fn corner(film: &Film) -> (usize, Pos2) {
     (nearest, viewer.viewport().project(positions[nearest]).expect("in front of the camera"))
 }
 
-/// The height of a particle, metres.
+/// Returns the height of a particle, metres.
 fn height(film: &Film, particle: usize) -> f64 {
     on!(film.viewer().session.runner(), simulation => simulation.position(particle).to_f64().y)
 }
@@ -100,7 +100,7 @@ fn a_twin_beside_the_run_is_drawn_as_the_run_is() {
         viewer.session.set_twin(Some(other));
         viewer.layout.side_by_side = true;
     };
-    // The panels take 450 points: what they leave is halved without a rest.
+    // The panels take 450 points: the rest divides by two.
     let mut viewer = viewer("cube");
     begin(&mut viewer);
     let Some(mut film) = film_of(viewer, [1050, 560]) else { return };
@@ -110,8 +110,8 @@ fn a_twin_beside_the_run_is_drawn_as_the_run_is() {
         let index = 4 * (at.y as usize * image.width as usize + at.x as usize);
         [image.rgba[index], image.rgba[index + 1], image.rgba[index + 2]]
     };
-    // In the middle of each is the body, and far from it the sky; below the captions and above
-    // the hint.
+    // The middle of each shows the body, and a point far from it the sky, below the captions and
+    // above the hint.
     for rect in sides {
         assert_ne!(pixel(rect.center()), pixel(rect.left_top() + vec2(12.0, 60.0)), "{rect}");
     }
@@ -121,17 +121,17 @@ fn a_twin_beside_the_run_is_drawn_as_the_run_is() {
             let at = vec2(column as f32, row as f32);
             let [a, b] = sides.map(|rect| pixel(rect.min + at));
             all += 1;
-            // Colours are dithered by the place in the window.
+            // Colours are dithered by the position in the window.
             let is_near = |(a, b): (u8, u8)| a.abs_diff(b) <= 4;
             equal += usize::from(a.into_iter().zip(b).all(is_near));
         }
     }
-    // But for a few pixels on edges, which rounding puts on either side.
+    // Except for a few pixels on edges, which rounding may put on either side.
     assert!(0.99 * f64::from(all as u32) <= f64::from(equal as u32), "{equal} of {all}");
 }
 
-/// Where the pointer of the film is beside where it grabs: over to the cloth, up with it off the
-/// ball, to and fro, and let go above it.
+/// Returns the offset of the pointer from the grab: over to the cloth, up with it off the ball, to
+/// and fro, and release above it.
 fn path(seconds: f64) -> Vec2 {
     let keys: [(f64, Vec2); 7] = [
         (0.0, vec2(190.0, 150.0)),
@@ -148,7 +148,7 @@ fn path(seconds: f64) -> Vec2 {
     a + (b - a) * (part * part * (3.0 - 2.0 * part))
 }
 
-/// Draws the pointer, which a window system draws otherwise: a white disc, orange while it presses.
+/// Draws the pointer, normally drawn by the window system: a white disc, orange while pressed.
 fn draw_pointer(image: &mut Image, at: Pos2, pressed: bool) {
     let fill = if pressed { [255, 140, 40] } else { [255, 255, 255] };
     let width = image.width as usize;
@@ -166,7 +166,7 @@ fn save(image: &Image, path: &Path) {
         .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
 }
 
-/// Presses a control where it is, at a part of its width, and lets go.
+/// Clicks a control at a fraction of its width.
 fn click(film: &mut Film, (role, name): (Role, &str), part: f32) -> Pos2 {
     let place = film.place(role, name).unwrap_or_else(|| panic!("no {role:?} {name}"));
     let at = pos2(place.left() + part * place.width(), place.center().y);
@@ -176,7 +176,7 @@ fn click(film: &mut Film, (role, name): (Role, &str), part: f32) -> Pos2 {
     at
 }
 
-/// Lets time pass until a session is as it should be, at most ten seconds.
+/// Runs frames until a session meets a condition, for at most ten seconds.
 fn until(film: &mut Film, is_so: impl Fn(&Session) -> bool) -> Image {
     for _ in 0..300 {
         let image = wait(film, 1);
@@ -191,10 +191,10 @@ fn share(session: &Session) -> f64 {
     session.stability().map_or(0.0, |(share, _)| share)
 }
 
-/// The five steps of the guide with the real controls, each with a picture.
+/// Runs the five steps of the tour with the real controls, with an image for each.
 fn tour(mut keep: impl FnMut(&str, Image)) {
     let mut viewer = viewer("cube");
-    // Of somebody who has never seen the guide.
+    // The preferences of a new user.
     viewer.set_preferences(Preferences::default());
     let Some(mut film) = film_of(viewer, TOUR) else { return };
     wait(&mut film, 60);
@@ -209,11 +209,11 @@ fn tour(mut keep: impl FnMut(&str, Image)) {
     draw_pointer(&mut image, to(1.0), true);
     keep("grab", image);
     film.frame(FRAME, vec![button(to(1.0), false)]).unwrap();
-    // At rest: what is bent when it is made stiffer jumps.
+    // At rest: a bent body would jump when it is made stiffer.
     wait(&mut film, 240);
     assert_eq!(film.viewer().layout.guide.and_then(|guide| guide.step()), Some(GuideStep::Stiffen));
 
-    // Paused, as a step that is too long leaves no time to look at the meter.
+    // Paused, as with too long a step there is no time to look at the meter.
     click(&mut film, (Role::Button, "Pause"), 0.5);
     let slider = film.place(Role::Slider, "Stiffness").expect("a slider");
     let at = |part: usize| slider.lerp_inside(vec2(part as f32 / 100.0, 0.5));
@@ -233,7 +233,7 @@ fn tour(mut keep: impl FnMut(&str, Image)) {
 
     until(&mut film, |session| !session.offers().is_empty());
     keep("blow-up", wait(&mut film, 2));
-    // The guide stays until one has read that it blew up.
+    // The tour stays until the user has read that the run diverged.
     film.frame(4.0, Vec::new()).unwrap();
     let substeps = film.viewer().session.offers().iter().find_map(|offer| match offer.remedy {
         Remedy::Substeps(substeps) => Some(format!("{substeps} substeps")),
@@ -260,7 +260,7 @@ fn pictures_of_the_first_five_minutes() {
     tour(|name, image| save(&image, &Path::new(&folder).join(format!("{name}.png"))));
 }
 
-/// `scripts/pictures.sh` makes the picture of the README of it.
+/// `scripts/pictures.sh` makes the picture of the README from it.
 #[test]
 #[ignore = "writes the frames of the picture of the README into the folder MSD_FILM"]
 fn film_of_a_grab() {

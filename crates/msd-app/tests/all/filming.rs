@@ -1,4 +1,4 @@
-//! A film from the window: what the timeline holds, written on a thread while the run goes on.
+//! A film from the window: the states of the timeline, written by a thread while the run continues.
 #![cfg(feature = "window")]
 
 use crate::common::names;
@@ -11,7 +11,7 @@ use std::io::BufReader;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// The chain after a second, in a picture of 120 x 80 points; nothing where none can be drawn.
+/// Returns the chain after a second, in a view of 120 x 80 points; `None` without graphics.
 fn viewer(folder: &Path) -> Option<(Viewer, Gpu)> {
     let gpu = match msd_app::drivers::quietly(|| pollster::block_on(Gpu::headless())) {
         Ok(gpu) => gpu,
@@ -38,7 +38,7 @@ fn step(viewer: &mut Viewer, frames: usize) {
     });
 }
 
-/// Waits for the end of a film, and returns what is told of it.
+/// Waits for the end of a film, and returns its message.
 fn wait(viewer: &mut Viewer) -> String {
     let start = Instant::now();
     while viewer.follow_film() {
@@ -52,10 +52,10 @@ fn wait(viewer: &mut Viewer) -> String {
 fn a_film_has_the_states_of_the_timeline_as_they_are_looked_at() {
     let folder = tempfile::tempdir().expect("a folder");
     let Some((mut viewer, gpu)) = viewer(folder.path()) else { return };
-    // Looking back changes nothing: what lies ahead is filmed too.
+    // Looking back has no effect: later states are filmed too.
     viewer.look_back(7);
     viewer.film(FilmFormat::WebP);
-    // One at a time, and the run goes on meanwhile.
+    // One film at a time, while the run continues.
     viewer.film(FilmFormat::Png);
     assert_eq!(viewer.filming.as_ref().map(|filming| filming.progress()[1]), Some(31));
     assert_eq!(wait(&mut viewer), {
@@ -100,7 +100,7 @@ fn a_film_as_pictures_has_one_per_frame_and_what_is_cancelled_leaves_no_part() {
     viewer.film(FilmFormat::WebP);
     viewer.filming.as_ref().expect("it is being written").cancel();
     assert_eq!(wait(&mut viewer), "the film was cancelled");
-    // Nor does one that is left behind, as when the window is closed.
+    // Nor does a dropped film, as when the window closes.
     viewer.film(FilmFormat::WebP);
     drop(viewer);
     assert_eq!(names(folder.path()), ["chain-1.frames"]);

@@ -1,4 +1,4 @@
-//! The control that has the keyboard: in sight and framed, in dark and in light panels.
+//! The control with the focus: visible and framed, in dark and in light panels.
 
 use crate::frames::{loaded, window};
 use egui::accesskit::Role;
@@ -14,7 +14,7 @@ fn harness(size: [f32; 2]) -> Harness<'static, Viewer> {
     window(viewer, size)
 }
 
-/// Contrast of two opaque colours by WCAG 2.1.
+/// Returns the contrast of two opaque colours by WCAG 2.1.
 fn contrast(a: Color32, b: Color32) -> f32 {
     let luminance = |colour: Color32| {
         let [red, green, blue, _] = egui::Rgba::from(colour).to_array();
@@ -24,8 +24,7 @@ fn contrast(a: Color32, b: Color32) -> f32 {
     (a.max(b) + 0.05) / (a.min(b) + 0.05)
 }
 
-/// The frames that are drawn around a place, within its clip: width, colour, and what they are
-/// filled with.
+/// Returns the frames around a place that are not clipped: width, colour, and fill.
 fn frames_at(harness: &Harness<'_, Viewer>, place: egui::Rect) -> Vec<(f32, Color32, Color32)> {
     let mut shapes: Vec<_> =
         harness.output().shapes.iter().map(|clipped| (clipped.clip_rect, &clipped.shape)).collect();
@@ -70,7 +69,7 @@ fn what_has_the_keyboard_is_in_sight_and_framed() {
             harness.run_steps(2);
             let is_seen = |frame: &&(f32, Color32, Color32)| {
                 let around = if frame.2.a() == 255 { frame.2 } else { paper };
-                // The level AA for what is no text.
+                // Level AA for graphics.
                 !without.contains(frame)
                     && 3.0 <= contrast(frame.1, around)
                     && 3.0 <= contrast(frame.1, paper)
@@ -91,7 +90,7 @@ fn a_choice_is_opened_walked_and_taken_by_keys_alone() {
     let mut harness = harness([1280.0, 800.0]);
     harness.get_by_role_and_label(Role::ComboBox, "Method").focus();
     harness.run_steps(2);
-    // From the field into the list, and on to its second line.
+    // From the field into the list, and to its second line.
     for key in [Key::Enter, Key::ArrowDown, Key::ArrowDown, Key::Enter] {
         harness.key_press(key);
         harness.run_steps(3);
@@ -113,7 +112,7 @@ fn a_list_that_is_longer_than_the_window_fades_into_the_paper_of_its_theme() {
             for colour in mesh.vertices.iter().map(|vertex| vertex.color) {
                 if mesh.texture_id == egui::TextureId::default() && 0 < colour.a() {
                     faded += 1;
-                    // Premultiplied, rounded to whole steps.
+                    // Premultiplied, rounded to whole levels.
                     let full =
                         colour.to_array().map(|part| i32::from(part) * 255 / i32::from(colour.a()));
                     let far = |row: usize| (full[row] - i32::from(paper.to_array()[row])).abs();

@@ -1,4 +1,4 @@
-//! Frame rates: a scene goes the same way at every one of them.
+//! Frame rates: a scene moves the same way at each of them.
 
 use msd_app::session::{BUDGET, Session};
 use msd_run::Runner;
@@ -7,26 +7,26 @@ use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 use std::cell::Cell;
 
-/// Simulated time that is looked at, seconds.
+/// Simulated time of the test, seconds.
 const LONG: f64 = 6.0;
 
-/// What was shown of a scene.
+/// The displayed states of a scene.
 struct Shown {
     /// Steps taken and hash of the state, after each frame.
     moments: Vec<(u64, u64)>,
-    /// Simulated time given up, seconds.
+    /// Dropped simulated time, seconds.
     dropped: f64,
 }
 
-/// Shows a scene in frames of these lengths, seconds, on a machine whose steps take `cost` seconds.
+/// Shows a scene in frames of these lengths, seconds, with steps that take `cost` seconds.
 fn show(name: &str, frames: &[f64], cost: f64) -> Shown {
     let mut session = Session::new(open(name).expect(name)).expect("a scene that runs");
-    // The first frame after a start owes nothing.
+    // The first frame after a start takes no steps.
     session.advance(0.0, &|| 0.0);
     let mut shown = Shown { moments: Vec::new(), dropped: 0.0 };
     let asked = Cell::new(0.0);
     for &real in frames {
-        // The clock asks before each step and once at the end.
+        // The clock reads the stopwatch before each step and once at the end.
         let stopwatch = || {
             asked.set(asked.get() + 1.0);
             cost * asked.get()
@@ -38,7 +38,7 @@ fn show(name: &str, frames: &[f64], cost: f64) -> Shown {
     shown
 }
 
-/// The hash after each number of steps, from the start on, without a window.
+/// Returns the hash after each number of steps, from the start on, without a window.
 fn hashes(name: &str) -> Vec<u64> {
     let mut runner = Runner::open(&open(name).expect(name)).expect("a scene that runs");
     let steps = (LONG / runner.settings().step).round() as usize + 1;
@@ -50,12 +50,12 @@ fn hashes(name: &str) -> Vec<u64> {
     hashes
 }
 
-/// Frames of a steady rate for [`LONG`] seconds.
+/// Returns frames of a steady rate for [`LONG`] seconds.
 fn steady(rate: f64) -> Vec<f64> {
     vec![1.0 / rate; (LONG * rate).round() as usize]
 }
 
-/// Frames drawn by lot, from none to `longest` seconds, for [`LONG`] seconds.
+/// Returns random frames, from zero to `longest` seconds, for [`LONG`] seconds.
 fn hitching(seed: u64, longest: f64) -> Vec<f64> {
     let mut lot = Pcg32::new(seed, 0);
     let mut left = LONG;
@@ -70,14 +70,14 @@ fn hitching(seed: u64, longest: f64) -> Vec<f64> {
     frames
 }
 
-/// Asserts that every state shown is the one that the same number of steps leads to.
+/// Asserts that every displayed state equals the one after the same number of steps.
 fn assert_same_way(shown: &Shown, hashes: &[u64], what: &str) {
     for &(steps, hash) in &shown.moments {
         assert_eq!(hash, hashes[steps as usize], "{what} after {steps} steps");
     }
 }
 
-/// That of `all` steps the last alone may still be owed, by rounding.
+/// Asserts that of `all` steps at most the last is missing, by rounding.
 fn assert_nothing_lost(shown: &Shown, all: usize, what: &str) {
     let last = shown.moments.last().map_or(0, |moment| moment.0);
     assert!(all - 3 <= last as usize && shown.dropped == 0.0, "{what}: {last} steps");
@@ -102,7 +102,7 @@ fn states_at_equal_simulated_times_are_the_same_at_every_frame_rate() {
 fn a_hitch_within_the_debt_that_is_allowed_is_caught_up_with() {
     for (seed, name) in (0..).zip(SCENES.repeat(4)) {
         let hashes = hashes(name);
-        // A quarter of a second may be owed, part of a step of it from before.
+        // A debt of a quarter of a second is allowed, including part of a step from earlier.
         let shown = show(name, &hitching(seed, 0.23), 0.0);
         let what = format!("{name} with hitches of seed {seed}");
         assert_same_way(&shown, &hashes, &what);

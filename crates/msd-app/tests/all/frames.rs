@@ -1,4 +1,4 @@
-//! Shared by the tests of the window's logic: a scene in a session, and frames that pass.
+//! Helpers of the tests of the window's logic: a scene in a session, and frames.
 
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, RawInput, Vec2};
@@ -18,26 +18,26 @@ pub fn loaded(name: &str) -> Loaded {
 
 pub fn session(name: &str) -> Session {
     let mut session = Session::new(loaded(name)).expect("a valid scene");
-    // The first frame after a start owes nothing.
+    // The first frame after a start takes no steps.
     session.advance(0.0, &|| 0.0);
     session
 }
 
-/// Lets frames of a sixtieth of a second pass on a machine whose steps cost nothing.
+/// Runs frames of a sixtieth of a second on a machine with steps without cost.
 pub fn run(session: &mut Session, frames: usize) {
     (0..frames).for_each(|_| {
-        // A hair more than a step: sums of 1/60 fall short of whole steps by rounding.
+        // Slightly more than a step: sums of 1/60 fall short of whole steps by rounding.
         session.advance(FRAME + 1e-9, &|| 0.0);
     });
 }
 
-/// A frame as the window has it, without time.
+/// Runs a frame of the window, without time.
 pub fn frame(ui: &mut egui::Ui, viewer: &mut Viewer) {
     read_pointer(ui.ctx(), viewer);
     panel::show(ui, viewer);
 }
 
-/// A window of a viewer, of a size in points, without a display.
+/// Returns a window of a viewer with a size in points, without a display.
 pub fn window(viewer: Viewer, size: impl Into<Vec2>) -> Harness<'static, Viewer> {
     let mut harness = Harness::builder().with_size(size.into()).build_ui_state(frame, viewer);
     theme::apply(&harness.ctx);
@@ -51,8 +51,8 @@ pub fn click(harness: &mut Harness<'_, Viewer>, role: Role, label: &str) {
     harness.run_steps(3);
 }
 
-/// A frame in which a text is typed, key by key, as the window passes it on: commands first, the
-/// rest to egui.
+/// Runs a frame in which a text is typed, key by key, as the window passes it on: shortcuts first,
+/// the rest to egui.
 pub fn type_in(harness: &mut Harness<'_, Viewer>, text: &str, key: Key) {
     let modifiers = Modifiers::NONE;
     let pressed = Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };

@@ -1,4 +1,4 @@
-//! The hands of a user: cuts, groups, the force of a grab, the wind, throws.
+//! User input: cuts, groups, the force of a grab, the wind, throws.
 
 use crate::frames::{FRAME, loaded, run, window};
 use egui::{Key, Modifiers, Pos2, Vec2, pos2};
@@ -15,7 +15,7 @@ use msd_run::on;
 use msd_scene::Precision;
 use msd_scene::schema::SolverRow;
 
-/// A scene in a window that stands still.
+/// Returns a scene in a window without a clock.
 fn harness(name: &str) -> Harness<'static, Viewer> {
     let viewer = Viewer::new(loaded(name), catalogue()).expect("a valid scene");
     window(viewer, [1280.0, 800.0])
@@ -33,7 +33,7 @@ fn key(harness: &mut Harness<'_, Viewer>, key: Key) {
     harness.run_steps(1);
 }
 
-/// Drags along points, one in each frame.
+/// Drags along points, one per frame.
 fn drag(harness: &mut Harness<'_, Viewer>, path: &[Pos2], modifiers: Modifiers) {
     harness.event(egui::Event::ModifiersChanged(modifiers));
     harness.hover_at(path[0]);
@@ -50,7 +50,7 @@ fn drag(harness: &mut Harness<'_, Viewer>, path: &[Pos2], modifiers: Modifiers) 
     harness.run_steps(1);
 }
 
-/// The uniform force on every particle, newtons.
+/// Returns the uniform force on every particle, newtons.
 fn force(session: &Session) -> DVec3 {
     on!(session.runner(), simulation => simulation.model().force().to_f64())
 }
@@ -67,7 +67,7 @@ fn a_stroke_cuts_the_springs_that_it_crosses_in_the_picture_and_no_others() {
     let mut harness = harness("cloth");
     let rect = harness.state().layout.rect;
     let (left, right, y) = (rect.center().x - 90.3, rect.center().x + 70.7, rect.center().y + 0.37);
-    // Where each spring crosses the height of the stroke.
+    // The intersection of each spring with the height of the stroke.
     let viewer = harness.state();
     let place = |end: u32| {
         let position = viewer.session.position(end as usize).as_vec3();
@@ -90,7 +90,7 @@ fn a_stroke_cuts_the_springs_that_it_crosses_in_the_picture_and_no_others() {
     let viewer = harness.state();
     assert_eq!(cut_springs(&viewer.session), expected);
     assert_eq!((viewer.camera, viewer.session.held()), (camera, None), "a stroke only cuts");
-    // A second stroke along the same line finds nothing there.
+    // A second stroke along the same line cuts nothing.
     drag(&mut harness, &path, Modifiers::NONE);
     assert_eq!(cut_springs(&harness.state().session), expected);
     harness.state_mut().session.restart();
@@ -115,7 +115,7 @@ fn what_hangs_on_a_spring_falls_freely_once_that_is_cut() {
     session.cut(&[0]);
     assert_eq!(session.runner().spring_count(), 0);
     (0..30).for_each(|_| session.step_forward());
-    // Half a second of free fall, late by the first-order term h g t at most.
+    // Half a second of free fall, late by at most the first-order term h g t.
     let late = session.runner().settings().substep() * 9.82 * 0.5;
     assert!((session.position(1).y + 1.0 + 0.5 * 9.82 * 0.25).abs() <= late);
 }
@@ -150,7 +150,7 @@ fn what_a_box_holds_is_grabbed_together_and_keeps_its_shape() {
     let group = viewer.session.group().to_vec();
     assert_eq!(group.len(), inside.len().min(MOST_HELD));
     assert!(4 < group.len() && group.iter().all(|particle| inside.contains(particle)));
-    // The nearest of them is surely the one under the pointer.
+    // The nearest of them is certainly the one under the pointer.
     let depth = |particle: usize| viewer.camera.depth(viewer.session.position(particle).as_vec3());
     let first = *group.iter().min_by(|&&a, &&b| depth(a).total_cmp(&depth(b))).expect("some");
     let from = viewer.viewport().project(viewer.session.position(first).as_vec3()).expect("there");
@@ -182,7 +182,7 @@ fn what_a_box_holds_is_grabbed_together_and_keeps_its_shape() {
     assert!(harness.state().session.group().is_empty());
 }
 
-/// A frame as the window has it: input, steps, panels.
+/// Runs a frame of the window: input, steps, panels.
 fn timed_frame(ui: &mut egui::Ui, viewer: &mut Viewer) {
     read_pointer(ui.ctx(), viewer);
     viewer.session.advance(FRAME + 1e-9, &|| 0.0);
@@ -212,11 +212,11 @@ fn what_the_pointer_does_is_in_the_picture_of_the_same_frame() {
     };
     let (before, steps) = (velocity(&harness), harness.state().session.runner().steps());
     harness.hover_at(at + Vec2::new(0.0, -100.0));
-    // One frame: the motion is read, a step is taken with its force, and the result is drawn.
+    // One frame: reads the motion, takes a step with its force, and draws the result.
     harness.step();
     assert_eq!(harness.state().session.runner().steps(), steps + 1);
-    // A particle of 1 kg at the largest force, 294 kN, or in swings of 47 Hz: tens of metres per
-    // second. Without it, gravity and springs at rest: less than one.
+    // A particle of 1 kg at the largest force, 294 kN, or in oscillations of 47 Hz: tens of metres
+    // per second. Without it, gravity and springs at rest: less than one.
     let change = (velocity(&harness) - before).length();
     assert!(5.0 < change, "{change} m/s");
 }
@@ -239,10 +239,10 @@ fn the_force_shown_is_the_weight_of_what_hangs_from_the_pointer() {
     assert_eq!(session.grab_force(), None);
     session.tune(SolverRow::precision(Precision::F64));
     session.grab(0, DVec3::ZERO);
-    // Of a ratio of 0.7 at 1.5 Hz: within 10 s the swing is down by exp(−0.7 · 1.5 · 2π · 10).
+    // A damping ratio of 0.7 at 1.5 Hz: in 10 s the swing decays by exp(−0.7 · 1.5 · 2π · 10).
     run(&mut session, 600);
     let force = session.grab_force().expect("it is held");
-    // Gravity was rounded to single precision before the run went on in double.
+    // Gravity was rounded to single precision before the run continued in double.
     assert!((force - 2.0 * 9.82).abs() < 20.0 * 6e-8, "{force} N");
     session.pin_toggle(0);
     session.grab(0, DVec3::ZERO);
@@ -290,14 +290,14 @@ fn gusts_void_no_reading_that_they_leave_true() {
         run(&mut session, 1);
         assert_ne!(force(&session), before);
         assert!(session.stability().is_some() && session.energy().is_some());
-        // Gusts do work, so the balance says nothing of the method.
+        // Gusts do work, so the energy balance does not measure the method.
         assert_eq!((session.findings(), session.energy_imbalance()), (Vec::new(), Some(0.0)));
     }
     session.edit(MaterialEdit::Gravity(3.0));
     assert_eq!(session.stability(), None);
 }
 
-/// Where the only solid is, and how it moves.
+/// Returns position and velocity of the only solid.
 fn solid(session: &Session) -> (DVec3, DVec3) {
     on!(session.runner(), simulation => {
         let placed = Placed::new(&simulation.model().solids()[0], simulation.time());
@@ -308,7 +308,7 @@ fn solid(session: &Session) -> (DVec3, DVec3) {
 #[test]
 fn a_ball_that_is_dragged_takes_a_cloth_along_and_stays_where_it_is_left() {
     let mut harness = harness("drape");
-    // From the side the cloth above hides nothing of the ball.
+    // From the side, the cloth above does not hide the ball.
     harness.state_mut().camera.pitch = 0.0;
     harness.run_steps(2);
     let (start, _) = solid(&harness.state().session);

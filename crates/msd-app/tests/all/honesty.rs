@@ -1,5 +1,5 @@
-//! Honesty of the session: no number outlives what it was computed from, and each way out of a run
-//! that blew up leads to one that stays up.
+//! Validity of the session's values: no reading outlives a change of its source, and each recovery
+//! option leads to a run that does not diverge.
 
 use crate::frames::{FRAME, loaded, run};
 use msd_app::session::{ErrorNow, MaterialEdit, Session, Wind};
@@ -11,10 +11,10 @@ use msd_scene::schema::SolverRow;
 use msd_scene::{Loaded, Precision};
 use msd_study::choice::{Choice, Fineness};
 
-/// Fails where something is shown that is not of the run as it is now, after a change.
+/// Fails if a reading from before a change is still shown.
 fn check(session: &Session, what: &str) {
     check_readings(session, what);
-    // Nothing is known yet of what comes after the change.
+    // The change of energy restarts at zero.
     assert!(matches!(session.energy_imbalance(), None | Some(0.0)), "{what}");
     assert!(matches!(session.energy_of_contact(), None | Some(0.0)), "{what}");
     let is_of_now = |found: &Finding| found.since == session.runner().time();
@@ -49,7 +49,7 @@ const RK4: Choice = Choice {
     precision: Precision::F32,
 };
 
-/// Everything by which a user changes a run.
+/// Every change of a run by a user.
 const CHANGES: &[(&str, Change)] = &[
     ("method", |session| session.tune(SolverRow::integrator(Integrator::ExplicitEuler))),
     ("implicit", |session| session.tune(SolverRow::integrator(Integrator::BackwardEuler))),
@@ -111,7 +111,7 @@ fn no_shown_number_outlives_what_it_was_computed_from() {
         if !session.is_paused() {
             session.toggle_pause();
         }
-        // A paused window works it out in the next frame, on a machine where that is cheap.
+        // A paused window computes it in the next frame, on a machine where that is cheap.
         assert!(session.is_working() || session.stability().is_some());
         session.advance(0.0, &|| 0.0);
         check(&session, what);
@@ -119,7 +119,7 @@ fn no_shown_number_outlives_what_it_was_computed_from() {
     }
 }
 
-/// The root mean square distance of the particles of a session and its twin, metres.
+/// Returns the root mean square distance of the particles of a session and its twin, metres.
 fn distance(session: &Session) -> f64 {
     let twin = session.twin().expect("it is on").positions();
     let squared = |(particle, position): (usize, &[f32; 3])| {
@@ -171,7 +171,7 @@ fn what_goes_on_by_itself_voids_nothing() {
     assert!(!is_shown(&session));
 }
 
-/// A block of 64 particles over a floor.
+/// Returns a block of 64 particles over a floor.
 fn block() -> Loaded {
     let mut loaded = loaded("jelly");
     let material = Material { mass: 1.0, stiffness: 2200.0, damping: 0.1 };
@@ -181,7 +181,7 @@ fn block() -> Loaded {
     loaded
 }
 
-/// Steps, paused, until the run stops by itself; whether it did.
+/// Steps, paused, until the run stops by itself; returns whether it did.
 fn blows_up(session: &mut Session, steps: usize) -> bool {
     (0..steps).any(|_| {
         session.step_forward();
@@ -189,7 +189,7 @@ fn blows_up(session: &mut Session, steps: usize) -> bool {
     })
 }
 
-/// A run by a method and one substep, in which a number is set to an extreme after half a second.
+/// Returns a run with a method and one substep, with an extreme value set after half a second.
 fn extreme(method: Integrator, edit: MaterialEdit) -> Session {
     let mut session = Session::new(block()).expect("a valid scene");
     session.tune(SolverRow::integrator(method));
@@ -232,11 +232,11 @@ fn every_way_out_leads_to_a_run_that_stays_up() {
             }
         }
     }
-    // By default eight substeps are enough; so many of the 48 runs blow up with one.
+    // The default of eight substeps is enough; with one, many of the 48 runs diverge.
     assert!(10 <= kinds[1] && 20 <= kinds[2] && 20 <= kinds[3], "{kinds:?}");
 }
 
-/// Jelly that has just been made far too stiff for one substep.
+/// Returns jelly that has just been made far too stiff for one substep.
 fn blown_up() -> Session {
     let mut session = Session::new(loaded("jelly")).expect("a valid scene");
     session.tune(SolverRow::substeps(1));
@@ -264,10 +264,10 @@ fn a_run_that_blew_up_rests_at_a_state_that_holds_together() {
     assert!(session.is_paused() && session.stability().is_none());
     session.advance(0.0, &|| 0.0);
     check_readings(&session, "after a failure");
-    // What the method had added by then is still there.
+    // The energy added by the method up to then is still included.
     assert!(session.energy_imbalance().is_some_and(|added| 0.0 < added));
     assert!(1.0 < session.stability().expect("worked out").0);
-    // The marked springs are of the scene, and some of the many.
+    // The highlighted springs belong to the scene, and are some of many.
     let marked = session.fastest_springs();
     assert!((1..100).contains(&marked.len()), "{}", marked.len());
     assert!(marked.iter().all(|&spring| spring < session.runner().spring_count()));
@@ -297,7 +297,7 @@ fn a_second_of_history_helps_where_a_hand_was_to_blame() {
     small.scene.world.extent = 15.0;
     let mut session = Session::new(small).expect("a valid scene");
     (0..120).for_each(|_| session.step_forward());
-    // Lifted by its middle, from the floor at -5 m, at 4 m/s, out of the world.
+    // Pulled by its middle particle, from the floor at -5 m, at 4 m/s, out of the world.
     let start = session.position(21);
     session.grab(21, start);
     let is_lost = (1..600).any(|step| {

@@ -1,4 +1,4 @@
-//! The left panel: the list of scenes, what is drawn, what colours stand for and their legend.
+//! The left panel: the list of scenes, view options, the coloured quantity and its legend.
 
 use crate::frames::{click, loaded, window};
 use egui::accesskit::Role;
@@ -19,7 +19,7 @@ fn harness_of(scene: &str) -> Harness<'static, Viewer> {
     window(viewer, [1280.0, 800.0])
 }
 
-/// Where a text is drawn, and where it is cut off.
+/// Returns the areas of a text and their clip rectangles.
 fn texts(harness: &Harness<'_, Viewer>, wanted: &str) -> impl Iterator<Item = (Rect, Rect)> {
     harness.output().shapes.iter().filter_map(move |clipped| match &clipped.shape {
         Shape::Text(text) if text.galley.text() == wanted => {
@@ -44,7 +44,7 @@ fn the_list_of_scenes_is_short_and_shows_the_scene_that_runs() {
     harness.state_mut().open_named(last);
     harness.run_steps(60);
     assert!(is_seen(&harness, last) && !is_seen(&harness, first));
-    // What is in sight there is clicked.
+    // A visible scene there can be clicked.
     let above = entries[entries.len() - 3].name;
     harness.get_by_label_contains(above).click();
     harness.run_steps(3);
@@ -58,7 +58,7 @@ fn a_picture_that_may_cost_little_is_told() {
     harness.state_mut().quality = Quality::Fast;
     harness.run_steps(2);
     assert!(harness.query_by_label("no GPU: plain pictures").is_some());
-    // Half of the resolution is a switch, and said where it was chosen by itself.
+    // Half the resolution is a switch, with a label if it was chosen automatically.
     let pace = Pace { frame_rate: 10.0, ..Pace::default() };
     let state = harness.state_mut();
     (0..30).for_each(|_| state.sharpness.follow(Quality::Fast, Some(pace)));
@@ -83,7 +83,7 @@ fn toggles_change_what_is_drawn() {
         harness.run_steps(3);
         assert_eq!(harness.state().style.colour_by, Some(quantity));
     }
-    // The last is the error, which is estimated from then on and shown once it is known.
+    // The last is the error, which switches on the estimate and appears once it is known.
     let viewer = harness.state();
     assert!(viewer.session.error().is_some() && viewer.scale().is_none());
     click(&mut harness, Role::CheckBox, "Estimate error");
@@ -98,7 +98,7 @@ fn the_legend_of_the_window_is_that_of_a_picture_and_its_scale_only_grows() {
         harness.state_mut().colour_by(Some(quantity));
         harness.run_steps(2);
         let viewer = harness.state();
-        // What a picture of this moment has.
+        // The maximum of the current state.
         let largest = on!(viewer.session.runner(), simulation => {
             quantity.largest(&simulation.snapshot())
         });

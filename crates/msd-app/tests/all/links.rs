@@ -18,7 +18,7 @@ fn viewer(scene: &str) -> Viewer {
     Viewer::new(loaded, catalogue()).expect("a valid scene")
 }
 
-/// A cloth set up otherwise than its scene, in whatever a user can set.
+/// Returns a cloth with changes of everything that a user can set.
 fn changed() -> Viewer {
     let mut viewer = viewer("cloth");
     let session = &mut viewer.session;
@@ -56,7 +56,7 @@ fn a_link_brings_back_settings_camera_and_bits() {
     assert_eq!(second.style, first.style);
     assert_eq!(hash_after(&second, STEPS), hash_after(&first, STEPS));
     assert_eq!(second.link(), first.link());
-    // What a link set counts as set by hand: a restart keeps it.
+    // Settings from a link count as edits: a restart keeps them.
     assert!(second.session.material().is_edited());
 }
 
@@ -94,7 +94,7 @@ fn a_link_holds_the_wind_and_a_run_follows_it() {
     assert_eq!(hash_of_run(&gusty), format!("{here:016x}"));
 }
 
-/// The hash after half a second of the command line.
+/// Returns the hash after half a second on the command line.
 fn hash_of_run(scene: &str) -> String {
     let report = json(msd(folder().path(), &["run", scene, "--duration", "0.5"]));
     report["state_hash"].as_str().expect("a hash").to_owned()
@@ -105,7 +105,7 @@ fn a_link_holds_what_was_set_of_each_body_rest_lengths_too() {
     let mut first = viewer("mattress");
     first.session.edit(MaterialEdit::RestScale(1.0625));
     first.session.select(Select::Body(0));
-    // Half of what was set of all: multiplied twice, no number is rounded twice.
+    // Half of the factor for all: a factor of two does not round again.
     first.session.edit(MaterialEdit::RestScale(0.53125));
     first.session.edit(MaterialEdit::Stiffness(654.0));
     first.session.switch(Part::Contact, false);
@@ -116,7 +116,7 @@ fn a_link_holds_what_was_set_of_each_body_rest_lengths_too() {
     assert_eq!(second.link().map(|link| link.to_string()), Ok(link.clone()));
     assert_eq!(hash_of_run(&link), format!("{:016x}", hash_after(&first, STEPS)));
     assert_ne!(hash_of_run("mattress"), hash_of_run(&link));
-    // A restart keeps them, like all that is set of keys.
+    // A restart keeps them, like all other keys.
     first.session.restart();
     assert_eq!(first.link().map(|link| link.to_string()), Ok(link));
 }
@@ -143,7 +143,7 @@ fn study_tune_inspect_and_render_take_a_link_and_a_sweep_says_that_it_does_not()
     let inspected = json(msd(folder.path(), &["inspect", &link]));
     assert_eq!(inspected["scene"], "chain");
     let drawn = outcome(msd(folder.path(), &["render", &link, "--time", "0", "--size", "64x48"]));
-    // Without a graphics driver it gets as far as to say so.
+    // Without a graphics driver, the command fails only at the rendering.
     let said = text(&drawn.stderr);
     assert!(folder.path().join("chain.png").exists() || said.contains("adapter"), "{said}");
     assert!(refused(msd(folder.path(), &["sweep", &link]), 2).contains("no link"));
@@ -210,7 +210,7 @@ fn a_link_that_says_nothing_usable_is_refused_in_one_line() {
 const TETRAHEDRON: &str =
     "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
 
-/// A scene of the user's own, with a mesh of their own.
+/// A scene of the user's own, with an own mesh.
 const OWN: &str = r#"
 version = 1
 title = "My own"
@@ -222,11 +222,11 @@ kind = "mesh"
 file = "./parts/t.obj"
 "#;
 
-/// The viewer of a scene of the user's own, changed in what a user can set.
+/// Returns a viewer of the user's own scene, with changes of everything that a user can set.
 fn own(folder: &std::path::Path) -> Viewer {
     std::fs::create_dir(folder.join("parts")).expect("a folder");
     std::fs::write(folder.join("parts/t.obj"), TETRAHEDRON).expect("a mesh");
-    // It is called as a built-in scene is, and is another.
+    // It has the name of a built-in scene, but differs.
     std::fs::write(folder.join("cloth.toml"), OWN).expect("a scene");
     let mut viewer = viewer("cube");
     viewer.open_path(&folder.join("cloth.toml"));
@@ -261,7 +261,7 @@ fn a_link_holds_a_scene_of_the_users_own_with_its_mesh() {
     let end = msd_scene::open(folder.path().join("end.msd")).expect("a saved run");
     let end = msd_run::Runner::open(&end).expect("a saved run");
     assert_eq!(state_hash(&end.state()), hash_after(&first, STEPS));
-    // A file that has changed meanwhile is not what is seen.
+    // A file that has changed since differs from the displayed scene.
     std::fs::write(folder.path().join("parts/t.obj"), TETRAHEDRON.replace("v 1", "v 2"))
         .expect("a mesh");
     assert!(first.link().expect_err("another scene").contains("open it again"));
@@ -275,13 +275,13 @@ fn a_link_holds_a_mesh_that_was_dropped_and_says_which_file_is_too_large() {
     let link = Link::parse(&viewer.link().expect("a mesh").to_string()).expect("a link");
     let again = Viewer::of_link(&link, catalogue()).expect("a link");
     assert_eq!(again.session.loaded().scene, viewer.session.loaded().scene);
-    // Something unusable leaves it running.
+    // An invalid file leaves the scene running.
     viewer.open_bytes("broken.obj", b"v 1 nan");
     assert!(viewer.session.refusal().is_some_and(|line| line.contains("broken.obj")));
     assert_eq!(viewer.session.loaded().name, "tetra");
-    // Beyond what a link may be long, and beyond what it may unfold to.
+    // Beyond the largest link, and beyond the largest content.
     for lines in [10_000u64, 100_000] {
-        // Nothing that a compression would find.
+        // Incompressible.
         let noise = (0..lines).map(|n| format!("# {}\n", n.wrapping_mul(0x9E37_79B9_7F4A_7C15)));
         let large = TETRAHEDRON.to_owned() + &noise.collect::<String>();
         viewer.open_bytes("large.obj", large.as_bytes());
@@ -296,7 +296,7 @@ fn a_link_to_a_scene_of_ones_own_that_was_cut_off_or_changed_is_refused_at_every
     let folder = folder();
     let text = own(folder.path()).link().expect("a link").to_string();
     for end in 1..text.len() {
-        // Before what was changed it is whole: the scene as its author made it.
+        // Before its changes, the link is whole: the scene as its author made it.
         if end == text.find("&with").expect("changes") {
             continue;
         }
@@ -377,13 +377,13 @@ fn a_link_says_all_that_it_was_made_of_and_is_short() {
     assert_eq!(Link::parse("#scene=jelly"), Ok(plain));
 }
 
-/// A link to `cloth` as format 3 held it: stiffness set, contact off, longer springs, a gusty wind.
+/// A link to `cloth` in format 3: stiffness set, contact off, longer springs, a gusty wind.
 const FORMER: &str = concat!(
     "#scene=cloth&with=AwIRERERERGRPxWN7bWg98awPgEAAQMGAAAAAAAASpNAEgoAAAAAAAAA9D8AAAAAAAAEQAAA",
     "AAAAAOA_AAAAAAAA0D8AAAAAAADQPwAAAD8AAIC_AAAAQAAA4EAAAIA_AACAPgFZKUU_Wg",
 );
 
-/// The same as format 4 held it, with other keys.
+/// The same in format 4, with other keys.
 const KEYS: &str = concat!(
     "#scene=cloth&with=BAIRERERERGRPxWN7bWg98awPgEAAQEKAAAAAAAAAPQ_AAAAAAAAAAAAAAAAAAAAAAAAAAAAAA",
     "AAAAAAAAAA0D8AAAA_AACAvwAAAEAAAOBAAACAPwAAgD4BWQMXYm9kaWVzLnN0aWZmbmVzcz0xMjM0LjU7d29ybGQud2",
@@ -408,7 +408,7 @@ fn links_of_formats_before_open_as_they_did() {
         assert_eq!((runner.settings().substeps, runner.precision()), (21, Precision::F64));
         assert!(!runner.is_automatic() && viewer.session.wind().is_gusty());
         assert_eq!(viewer.session.speed(), 0.25);
-        // It goes on as a link of the format of today.
+        // The window makes a link of the current format from it.
         let again = viewer.link().expect("a link").to_string();
         let again = Viewer::of_link(&Link::parse(&again).expect("a link"), catalogue());
         assert_eq!(hash_after(&again.expect("a link"), STEPS), hash_after(&viewer, STEPS));
@@ -434,7 +434,7 @@ fn a_link_that_was_cut_off_or_changed_is_refused_at_every_place() {
 
 #[test]
 fn a_link_of_another_format_or_scene_says_so() {
-    // Eight times the byte 99: the format, and whatever that format may hold.
+    // Eight times the byte 99: the format, and any content.
     assert_eq!(Link::parse("#scene=cloth&with=Y2NjY2NjY2M"), Err(LinkError::Format(99)));
     let unknown = Err(LinkError::UnknownScene("/etc/passwd".into()));
     assert_eq!(Link::parse("#scene=/etc/passwd"), unknown);

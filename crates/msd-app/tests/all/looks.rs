@@ -1,4 +1,4 @@
-//! Looks of bodies, set in the window: they are kept everywhere, and change no bit of a run.
+//! Looks of bodies, set in the window: they are always kept, and do not change a bit of a run.
 
 use crate::frames::{loaded, run, session, window};
 use egui::Vec2;
@@ -25,7 +25,7 @@ fn looks(runner: &Runner) -> Vec<Look> {
     })
 }
 
-/// A scene of a block and of a cloth, with looks that its author gave.
+/// Returns a scene of a block and a cloth, with looks by its author.
 fn both(folder: &Path) -> Viewer {
     let path = folder.join("both.toml");
     let text = "version = 1\n[[bodies]]\nkind = 'block'\nsize = [3, 4, 3]\nspacing = 0.1\n\
@@ -138,7 +138,7 @@ fn scenes_links_runs_and_recordings_keep_looks() {
     assert_eq!(looks(replay.runner()), now);
 }
 
-/// A colour cannot be taken from wood in a scene file.
+/// A scene file cannot remove the colour of wood.
 #[test]
 fn what_looks_like_wood_but_for_its_colour_is_saved() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -183,7 +183,7 @@ fn the_panel_sets_looks_where_they_are_wanted() {
     let picked = look(&harness).colour.expect("a colour");
     assert_eq!(picked.map(|part| (part * 255.0).round() as u8), [0xf2, 0xb8, 0x3d]);
     assert_eq!(look(&harness), Look { colour: Some(picked), ..before });
-    // It stays open, and a part of the colour follows its slider.
+    // The picker stays open, and each component follows its slider.
     harness.get_by_role_and_label(Role::Slider, "Blue").focus();
     harness.run_steps(2);
     harness.key_press(egui::Key::ArrowRight);

@@ -1,7 +1,7 @@
 //! Tests of the command line, and of the window without a display.
 //!
-//! One binary, as linking takes longer than compiling; `window/` and `readers/` need what a machine
-//! may lack.
+//! One binary, as linking takes longer than compiling; `window/` and `readers/` depend on programs
+//! that a machine may lack.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! The manners of the panels: what moves under the pointer, what is confirmed, what is called what.
+//! Behaviour of the panels: stable positions, confirmations, names.
 
 use crate::frames::{click, loaded, window};
 use egui::Rect;
@@ -19,7 +19,7 @@ fn harness(scene: &str, size: [f32; 2]) -> Harness<'static, Viewer> {
     harness_of(Viewer::new(loaded(scene), catalogue()).expect("a valid scene"), size)
 }
 
-/// Where the controls of the right panel are.
+/// Returns the places of the controls of the right panel.
 fn places(harness: &Harness<'_, Viewer>) -> Vec<Rect> {
     let controls = [
         (Role::Slider, "Stiffness"),
@@ -61,7 +61,7 @@ fn the_distance_of_a_twin_is_read_off_in_metres_and_seconds() {
         (0..steps).for_each(|_| harness.state_mut().session.step_forward());
         harness.run_steps(3);
         let plot = harness.get_by_label_contains(" apart (rms)").rect();
-        // Above the sliders of the material.
+        // Above the material sliders.
         let end = harness.get_by_label("MATERIAL").rect().top();
         for unit in ["m", "s"] {
             let is_number = |shown: &&egui::epaint::ClippedShape| match &shown.shape {
@@ -83,7 +83,7 @@ fn the_distance_of_a_twin_is_read_off_in_metres_and_seconds() {
 
 #[test]
 fn a_link_that_is_copied_says_so_and_one_that_cannot_be_says_why() {
-    // High enough that all of the left panel is in sight.
+    // High enough to show the whole left panel.
     let size = [1280.0, 1000.0];
     let mut harness = harness("jelly", size);
     click(&mut harness, Role::Button, "Copy link");

@@ -1,4 +1,4 @@
-//! The section of the window for bodies that are made of a material.
+//! The section of the window for bodies with a material.
 
 use crate::frames::{run, window};
 use egui::Vec2;
@@ -13,7 +13,7 @@ use msd_scene::parts::Part;
 use msd_scene::{Loaded, open};
 use std::path::{Path, PathBuf};
 
-/// A scene file of a sheet and of a block whose cells resist a change of volume too.
+/// Creates a scene file of a sheet and of a block whose cells also resist a change of volume.
 fn scene(folder: &Path, young: f64, rest: &str) -> PathBuf {
     let path = folder.join("both.toml");
     let text = format!(
@@ -31,8 +31,8 @@ fn rows(session: &Session) -> Scene {
     session.runner().progress().0
 }
 
-/// Asserts that springs, bends, volumes and masses are the same but for what single precision
-/// rounds in a few products.
+/// Asserts that springs, bends, volumes and masses are equal up to the single-precision rounding of
+/// a few products.
 fn assert_alike(a: &Scene, b: &Scene) {
     let numbers = |scene: &Scene| -> Vec<f64> {
         let springs = scene.springs.iter().flat_map(|row| [row.stiffness, row.damping]);
@@ -68,7 +68,7 @@ fn setting_a_number_of_a_material_makes_the_body_of_that_material() {
     assert_alike(&rows(&session), &rows(&other));
     let made = |session: &Session, body: usize| session.material().made()[body].expect("made");
     assert_eq!(made(&session, 0), made(&other, 0));
-    // The restart keeps what was set, undo takes back one after the other.
+    // The restart keeps the edits; undo reverts one after the other.
     session.restart();
     assert_alike(&rows(&session), &rows(&other));
     session.edit(MaterialEdit::Young(4e5));
@@ -78,7 +78,7 @@ fn setting_a_number_of_a_material_makes_the_body_of_that_material() {
     session.reset_material();
     assert_alike(&rows(&session), &before);
     assert_eq!(made(&session, 0).young, Some(1e5));
-    // By name, of a sheet, whose bends go with it too.
+    // By name, for a sheet, whose bends change too.
     session.select(Select::Body(1));
     let steel = named("steel").expect("a material");
     session.edit(MaterialEdit::Named(steel));
@@ -86,7 +86,7 @@ fn setting_a_number_of_a_material_makes_the_body_of_that_material() {
     let text = std::fs::read_to_string(scene(folder.path(), 1e5, BLOCK)).expect("a file");
     let text =
         text.replace("natural-rubber", "steel").replace("thickness = 1e-3", "thickness = 2e-3");
-    // Steel has no relaxation time of its own.
+    // Steel has no relaxation time.
     let text = text.replace("relaxation_time = 1e-4\nposition", "position");
     let path = folder.path().join("steel.toml");
     std::fs::write(&path, text).expect("a file");
@@ -158,7 +158,7 @@ fn the_panel_shows_the_units_of_a_material_and_the_source_of_its_name() {
     harness.get_by_label("0.25");
     harness.get_by_role_and_label(Role::ComboBox, "Made of").click();
     harness.run_steps(3);
-    // One that is seen without scrolling the list.
+    // An entry that is visible without scrolling the list.
     harness.get_by_role_and_label(Role::Button, "gelatine-7%").click();
     harness.run_steps(3);
     let made = harness.state().session.material().made()[0].expect("made");

@@ -1,4 +1,4 @@
-//! The panels by themselves: widgets found by their names, clicked and dragged without a window.
+//! The panels alone: widgets found by name, clicked and dragged without a window.
 
 use crate::frames::{click, frame, window};
 use egui::Vec2;
@@ -32,7 +32,7 @@ fn stiffness(harness: &Harness<'_, Viewer>) -> f64 {
     })
 }
 
-/// Presses at a point, moves to another in two frames, and lets go.
+/// Presses at a point, moves to another in two frames, and releases.
 fn drag(harness: &mut Harness<'_, Viewer>, from: egui::Pos2, to: egui::Pos2) {
     harness.hover_at(from);
     harness.run_steps(2);
@@ -46,7 +46,7 @@ fn drag(harness: &mut Harness<'_, Viewer>, from: egui::Pos2, to: egui::Pos2) {
     harness.run_steps(2);
 }
 
-/// A frame of a machine that draws less than one in a second.
+/// Runs a frame on a machine that renders less than one per second.
 fn slow_frame(ui: &mut egui::Ui, viewer: &mut Viewer) {
     read_pointer(ui.ctx(), viewer);
     viewer.session.advance(1.5, &|| 0.0);
@@ -84,7 +84,7 @@ fn what_is_edited_from_a_press_to_its_release_is_one_edit_however_few_frames_the
         let named = |deed: Option<Deed>| deed.map(Deed::words);
         assert_eq!(named(harness.state().session.undoes()), Some(words));
         assert_ne!(set(&harness), before, "{label}");
-        // Nothing passes between two drags, which are two edits.
+        // No frame passes between two drags, which are still two edits.
         let first = set(&harness);
         harness.drag_at(at(0.7));
         harness.hover_at(at(0.5));
@@ -104,7 +104,7 @@ fn what_is_edited_from_a_press_to_its_release_is_one_edit_however_few_frames_the
 #[test]
 fn the_energy_is_seen_without_scrolling_and_the_timeline_is_as_wide_as_the_window() {
     let harness = harness();
-    // The last line of the section, above the timeline.
+    // The last line of the section is above the timeline.
     let timeline = harness.state().layout.landmarks["timeline"];
     let last = harness.get_by_label_contains("by error\u{a0}").rect();
     assert!(last.bottom() < timeline.top(), "{last:?} {timeline:?}");
@@ -132,7 +132,7 @@ fn the_work_of_wind_is_shown_beside_what_is_dissipated_and_only_where_there_is_s
     assert!(!shows_supply("jelly"), "nothing drives it");
 }
 
-/// The texts that end in some letters, each with where it is and where it is cut off.
+/// Returns the texts that end in some letters, with their areas and clip rectangles.
 fn texts(harness: &Harness<'_, Viewer>, end: &str) -> Vec<(String, egui::Rect, egui::Rect)> {
     let mut found = Vec::new();
     for clipped in &harness.output().shapes {
@@ -151,7 +151,7 @@ fn no_number_of_the_time_axis_is_cut_off() {
     let mut harness = harness_of("chain");
     let plot = harness.get_by_label_contains("by error\u{a0}").rect();
     let mut seen = 0;
-    // Ticks come in at the right edge from 12 s on, every 5 s, and get wider.
+    // Ticks enter at the right edge from 12 s on, every 5 s, and get wider.
     for frame in 0..60 * 22 {
         harness.state_mut().session.advance(1.0 / 60.0 + 1e-9, &|| 0.0);
         if frame < 60 * 9 || frame % 8 != 0 {
@@ -167,7 +167,7 @@ fn no_number_of_the_time_axis_is_cut_off() {
             }
         }
     }
-    // Two in each frame at least.
+    // At least two in each frame.
     assert!(150 < seen, "only {seen} numbers were there");
 }
 
@@ -181,7 +181,7 @@ fn the_main_numbers_stay_in_sight_where_the_panel_is_longer_than_the_window() {
     harness.get_by_label_contains("Twin: beside").click();
     harness.run_steps(6);
     for words in ["h\u{a0}", "error\u{a0}", "twin\u{a0}", "energy\u{a0}", "wrong\u{a0}by\u{a0}"] {
-        // The energy says "by error" too, below the edge.
+        // The energy section also says "by error", below the edge.
         let bottom = harness.state().layout.landmarks["timeline"].top();
         let mut lines = harness.query_all_by_label_contains(words).map(|line| line.rect());
         assert!(lines.any(|line| 0.0 < line.top() && line.bottom() < bottom), "{words}");
@@ -197,7 +197,7 @@ fn a_drag_goes_on_where_it_makes_the_panel_longer_than_the_window() {
     let mut harness = harness();
     click(&mut harness, Role::CheckBox, "Estimate error");
     let rect = harness.get_by_role_and_label(Role::Slider, "Wind").rect();
-    // The first half of the way makes a wind, which has two sliders more.
+    // The first half of the way makes a wind, which adds two sliders.
     drag(&mut harness, rect.left_center() + Vec2::new(6.0, 0.0), rect.right_center());
     assert!(50.0 < harness.state().session.wind().strength);
     assert!(harness.query_by_label_contains("wrong\u{a0}by").is_some(), "it is longer");
@@ -330,7 +330,7 @@ fn the_error_is_estimated_on_demand() {
 #[test]
 fn a_particle_is_dragged_and_thrown() {
     let mut harness = harness();
-    // The corner of the block that is nearest to the eye.
+    // The corner of the block that is nearest to the camera.
     let viewer = harness.state();
     let depth = |particle: usize| viewer.camera.depth(viewer.session.position(particle).as_vec3());
     let corner = (0..1000).min_by(|&a, &b| depth(a).total_cmp(&depth(b))).expect("particles");
@@ -344,7 +344,7 @@ fn a_particle_is_dragged_and_thrown() {
     let to = from + Vec2::new(0.0, -120.0);
     harness.hover_at(to);
     harness.run_steps(1);
-    // The target is where the pointer is, whatever the particle does.
+    // The target is at the pointer, independently of the particle.
     let target = harness.state().session.grab_target().expect("held").as_vec3();
     let shown = harness.state().viewport().project(target).expect("in view");
     assert!(shown.distance(to) < 1.0, "{shown:?} {to:?}");
@@ -379,7 +379,7 @@ fn a_drag_beside_the_body_turns_the_camera_and_a_slider_does_not() {
     assert_eq!(harness.state().session.material().values().gravity, 0.0);
 }
 
-/// Whether a percentage of the limit is shown.
+/// Returns whether a percentage of the limit is shown.
 fn shows_limit(harness: &Harness<'_, Viewer>) -> bool {
     harness.query_by_label_contains("the limit").is_some()
         || harness.query_by_label_contains("step is stable").is_some()
@@ -424,7 +424,7 @@ fn a_divergence_shows_ways_out_and_what_the_panel_shows() {
     });
     let offers = session.offers().to_vec();
     harness.run_steps(3);
-    // The box and the panel name the same share of the limit.
+    // The box and the panel show the same share of the limit.
     let share = harness.query_all_by_label_contains("× the limit").count()
         + harness.query_all_by_label_contains("% of the limit").count();
     assert_eq!(share, 2);
@@ -509,7 +509,7 @@ fn what_was_carried_away_comes_back_into_the_picture() {
     let viewer = harness.state_mut();
     viewer.look(0.0);
     viewer.session.toggle_pause();
-    // As a long drag leaves it: everything is far to the right of where the camera looks.
+    // As after a long drag: the scene is far to the right of the camera's target.
     viewer.camera.target -= viewer.camera.right() * 20.0;
     viewer.aim.follow = false;
     viewer.look(0.0);

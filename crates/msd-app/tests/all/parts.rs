@@ -1,4 +1,4 @@
-//! Parts of the model, switched off and on again while it runs: edits like any other.
+//! Model terms, switched off and on again during a run: edits like any other.
 
 use crate::frames::{loaded, run, session};
 use msd_app::catalogue;
@@ -22,12 +22,12 @@ fn is_on(session: &mut Session, part: Part) -> bool {
     parts(session).contains(&(part, true))
 }
 
-/// The scene as it is now, at the state of its start.
+/// Returns the current scene, in its initial state.
 fn scene(session: &Session) -> Scene {
     session.runner().progress().0
 }
 
-/// Springs, world and planes, to be compared.
+/// Formats springs, world and planes, for comparison.
 fn model(session: &Session) -> String {
     let Scene { world, springs, planes, .. } = scene(session);
     format!("{world:?} {springs:?} {planes:?}")
@@ -53,7 +53,7 @@ fn every_part_of_a_scene_is_switched_off_and_on_in_one_edit_that_undo_takes_back
         assert_eq!(model(&session), whole, "{part:?}");
         session.redo();
         assert_eq!(model(&session), without, "{part:?}");
-        // What was switched off stays off over a restart.
+        // A term that is off stays off after a restart.
         session.restart();
         assert_eq!(model(&session), without, "{part:?}");
         session.switch(part, true);
@@ -103,7 +103,7 @@ fn what_is_off_stays_off_under_the_sliders_and_comes_back_as_they_set_it() {
     assert!(all(&session, [300.0, 0.5]));
     session.restart();
     assert!(all(&session, [300.0, 0.5]));
-    // The slider of what is off itself switches it on, and the switch shows it.
+    // The slider of a term that is off switches it on, and the switch shows it.
     session.switch(Part::Damping, false);
     assert!(!is_on(&mut session, Part::Damping));
     session.edit(MaterialEdit::Damping(0.25));
@@ -121,7 +121,7 @@ fn a_body_of_a_material_is_switched_in_a_few_edits_however_many_values_it_has() 
         material = 'gelatine-3%'\n";
     std::fs::write(&gel, text).expect("a file");
     let mut session = Session::new(open(&gel).expect("a scene")).expect("a valid scene");
-    // Automatic substeps would be those of the run alone, not of its twin.
+    // Automatic substeps would differ between the run and its twin.
     session.tune(SolverRow::substeps(64));
     let whole = model(&session);
     let tape = folder.path().join("tape.msdrec");
@@ -147,7 +147,7 @@ fn a_body_of_a_material_is_switched_in_a_few_edits_however_many_values_it_has() 
     while replay.advance().expect("it replays") {}
 }
 
-/// Positions of all particles.
+/// Returns the positions of all particles.
 fn places(session: &Session) -> Vec<msd_core::glam::DVec3> {
     on!(session.runner(), simulation => {
         simulation.positions().map(|position| position.to_f64()).collect()
@@ -195,7 +195,7 @@ fn a_scene_file_says_which_parts_are_off() {
     viewer.session.switch(Part::FaceDiagonals, false);
     viewer.command(Command::SaveScene);
     let saved = open(folder.path().join("jelly-2.toml")).expect("a scene").scene;
-    // Rest lengths were rounded in the run.
+    // The run has rounded the rest lengths.
     let constants = |scene: &Scene| -> Vec<[f64; 2]> {
         scene.springs.iter().map(|spring| [spring.stiffness, spring.damping]).collect()
     };
@@ -213,7 +213,7 @@ fn a_scene_file_says_which_parts_are_off() {
     of_gel.command(Command::SaveScene);
     let text = std::fs::read_to_string(folder.path().join("gel-2.toml")).expect("a file");
     assert!(text.starts_with("version = 1\noff = [\"face-diagonals\"]\n"), "{text}");
-    // The command saves a run, which holds it.
+    // The command saves a run, which contains it.
     viewer.command(Command::CopyCommand);
     let line = viewer.wishes.clipboard.clone().expect("a command");
     let run = line.strip_prefix("msd view ").expect("a command");
@@ -238,7 +238,7 @@ fn sets_masses_and_links_are_in_a_saved_scene_and_in_a_link_as_they_were_set() {
     viewer.command(Command::SaveScene);
     let saved = open(folder.path().join("hung-1.toml")).expect("a scene").scene;
     let of_file = &viewer.session.loaded().scene;
-    // The links too, as all springs were chosen.
+    // The links too, as all springs were selected.
     assert!(saved.springs.iter().all(|spring| spring.stiffness == 321.0));
     assert_eq!(saved.springs.len(), of_file.springs.len());
     assert_eq!((&saved.particles, &saved.pins), (&of_file.particles, &of_file.pins));

@@ -1,4 +1,4 @@
-//! The past of a session: looking back and going on from there, undo, and a twin beside the run.
+//! The past of a session: looking back and resuming from there, undo, and a twin beside the run.
 
 use crate::frames::{run, session};
 use msd_app::session::{Deed, MarkKind, MaterialEdit, Session, Wind};
@@ -8,7 +8,7 @@ use msd_run::on;
 use msd_scene::schema::SolverRow;
 use msd_scene::{Precision, state_hash};
 
-/// Steps taken, and the hash of the state.
+/// Returns the number of steps, and the hash of the state.
 fn now(session: &Session) -> (u64, u64) {
     (session.runner().steps(), state_hash(&session.runner().state()))
 }
@@ -36,7 +36,7 @@ fn looking_back_shows_the_very_states_and_drops_none() {
         assert_eq!((session.steps_ahead(), session.steps_back()), (back, 50 - back));
         assert!(session.is_paused());
     }
-    // A step forward or back goes along what is kept.
+    // A step forward or back moves along the kept states.
     session.step_forward();
     session.step_forward();
     assert!(session.step_back());
@@ -94,9 +94,9 @@ fn impacts_warnings_and_edits_are_marked() {
     assert!(is_marked(&session, MarkKind::Warning), "over the limit");
     session.look_back(session.runner().steps() as usize - 20);
     session.toggle_pause();
-    // The first frame after a pause owes nothing.
+    // The first frame after a pause takes no steps.
     run(&mut session, 2);
-    // What was dropped is marked no longer, and the springs are still too stiff.
+    // Dropped states have no marks, and the springs are still too stiff.
     let marks: Vec<_> = session.marks().map(|mark| (mark.step, mark.kind)).collect();
     assert_eq!(marks, [(21, MarkKind::Warning)]);
 }
@@ -191,7 +191,7 @@ fn what_was_set_of_the_solver_is_undone_and_the_model_of_now_stays() {
         run(&mut session, 3);
         seen.push(solver(&session));
     }
-    // An edit between them is undone on its own.
+    // An edit between them is undone separately.
     session.edit(MaterialEdit::Stiffness(1234.0));
     session.tune(SolverRow::tolerance(1e-5));
     session.undo();
@@ -211,7 +211,7 @@ fn what_was_set_of_the_solver_is_undone_and_the_model_of_now_stays() {
         session.redo();
         assert_eq!(solver(&session), *after);
     }
-    // What is refused is nothing to undo, and a slider that is dragged is put back where it was.
+    // A refused edit adds no undo step, and undo returns a dragged slider to its start.
     while session.undoes().is_some() {
         session.undo();
     }
@@ -242,7 +242,7 @@ fn undo_of_a_wind_turns_it_back_and_of_anything_else_leaves_it() {
     let before = session.runner().steps();
     session.undo();
     run(&mut session, 2);
-    // The motion goes on.
+    // The motion continues.
     assert_eq!((force(&session), session.runner().steps()), (DVec3::ZERO, before + 2));
     assert_eq!((session.wind(), session.undoes()), (Wind::default(), None));
     session.redo();
@@ -274,7 +274,7 @@ fn automatic_substeps_of_another_model_do_not_come_back() {
     run(&mut session, 20);
     session.edit(MaterialEdit::Stiffness(220_000.0));
     let stiff = substeps(&session);
-    // A hundred times as stiff: a tenth of the step, but for dampers.
+    // A hundred times as stiff: a tenth of the step, apart from dampers.
     assert!(5 * soft < stiff, "{soft} {stiff}");
     run(&mut session, 5);
     session.look_back(15);
@@ -288,7 +288,7 @@ fn with(session: &Session, integrator: Integrator) -> Settings {
     Settings { integrator, ..session.runner().settings() }
 }
 
-/// Everything that hands do, within two seconds.
+/// Performs every user input, within two seconds.
 fn handle(session: &mut Session) {
     run(session, 10);
     let there = session.position(7);
@@ -341,7 +341,7 @@ fn explicit_euler_leaves_the_world_beside_a_run_that_goes_on() {
     let (steps, apart) = (session.runner().steps(), session.twin().expect("it is on").apart());
     let twin = session.twin().expect("it is on");
     assert!(apart.step < steps && apart.step == twin.runner().steps(), "{apart:?}");
-    // It is shown as it was while it held together, not strewn over a world of 1e6 m.
+    // It shows a state before debris, not particles scattered over a world of 1e6 m.
     let size = on!(session.runner(), simulation => simulation.model().size());
     assert!(apart.max < 2.0 * size, "{apart:?} of {size} m");
     assert!(twin.trace().all(|then| then.step <= apart.step && then.max < 2.0 * size));
@@ -350,7 +350,7 @@ fn explicit_euler_leaves_the_world_beside_a_run_that_goes_on() {
     assert_eq!(session.twin().expect("it is on").apart(), apart);
     let told = session.twin().and_then(|twin| twin.failure()).expect("it stopped");
     assert!(told.contains("explicit-euler left the world"), "{told}");
-    // From where the run is, it may begin again.
+    // It can begin again from the state of the run.
     session.set_twin(Some(with(&session, Integrator::Rk4)));
     assert_eq!(session.twin().map(|twin| twin.apart().rms), Some(0.0));
     session.set_twin(None);

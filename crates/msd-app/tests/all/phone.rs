@@ -7,7 +7,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use msd_app::viewer::{Command, Viewer, catalogue};
 
-/// What the bar of the page leaves of a phone, upright and on its side, points.
+/// Space that the bar of the page leaves on a phone, upright and in landscape, points.
 const SCREENS: [[f32; 2]; 2] = [[390.0, 790.0], [844.0, 336.0]];
 const TABS: [&str; 5] = ["Run", "Material", "Solver", "Energy", "View"];
 
@@ -22,7 +22,7 @@ fn click(harness: &mut Harness<'_, Viewer>, label: &str) {
     harness.run_steps(4);
 }
 
-/// The roles and places of all that a finger presses.
+/// Returns the roles and areas of all touch targets.
 fn controls(harness: &Harness<'_, Viewer>) -> Vec<(Role, Rect)> {
     const PRESSED: [Role; 5] =
         [Role::Button, Role::CheckBox, Role::ComboBox, Role::Slider, Role::SpinButton];

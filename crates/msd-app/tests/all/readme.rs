@@ -1,5 +1,5 @@
-//! The commands of pages, pasted in the order in which they stand, each page in its own folder.
-//! Those that would take minutes are given less to do.
+//! The commands of the documentation pages, run in order, each page in its own folder. Commands
+//! that would take minutes get less work.
 
 use crate::common::{folder, msd, outcome, text};
 use std::fs;
@@ -9,7 +9,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// The blocks of code of a page, each with its language.
+/// Returns the code blocks of a page, each with its language.
 fn blocks(page: &str) -> Vec<(String, String)> {
     let text = fs::read_to_string(root().join(page)).expect(page);
     let parts = text.split("\n```").skip(1).step_by(2);
@@ -17,19 +17,19 @@ fn blocks(page: &str) -> Vec<(String, String)> {
     blocks.map(|(language, code)| (language.to_owned(), format!("{code}\n"))).collect()
 }
 
-/// The commands of a block, without comments and without the path that it sets.
+/// Returns the commands of a block, without comments and without `export` lines.
 fn commands(block: &str) -> Vec<&str> {
     let lines = block.lines().map(|line| line.split(" #").next().unwrap_or("").trim());
     lines.filter(|line| !line.is_empty() && !line.starts_with("export ")).collect()
 }
 
-/// The words of a line; none here has quotes.
+/// Splits a line into words; none here has quotes.
 fn words(line: &str) -> Vec<&str> {
     assert!(!line.contains(['"', '\'']), "{line}: a word in quotes");
     line.split_whitespace().collect()
 }
 
-/// What a command is given besides, so that it ends soon.
+/// Returns additional arguments of a command, so that it ends soon.
 fn shorter(arguments: &[&str]) -> &'static [&'static str] {
     match arguments {
         ["study", .., "--terms"] => &["--duration", "0.05"],
@@ -38,7 +38,7 @@ fn shorter(arguments: &[&str]) -> &'static [&'static str] {
         ["tune", ..] => &["--duration", "0.05"],
         ["sweep", .., "--list"] => &[],
         ["sweep", ..] => &["--list"],
-        // Pages of a film ask for no size; a picture of the README takes little.
+        // The pages set no size for films; the picture of the README is cheap.
         ["render", .., "--out", out] if !out.ends_with(".png") || out.contains('%') => {
             &["--size", "64x36"]
         }
@@ -46,8 +46,8 @@ fn shorter(arguments: &[&str]) -> &'static [&'static str] {
     }
 }
 
-/// Runs the commands of a page, and writes the files that it shows with their name in the first
-/// line; returns how many commands of msd there were.
+/// Runs the commands of a page, and writes the files shown with their name in the first line;
+/// returns the number of msd commands.
 fn paste(page: &str) -> usize {
     let folder = folder();
     let mut count = 0;
@@ -62,7 +62,7 @@ fn paste(page: &str) -> usize {
     count
 }
 
-/// Runs commands in a folder; returns how many of msd there were.
+/// Runs commands in a folder; returns the number of msd commands.
 fn run_all(page: &str, folder: &Path, lines: &[&str]) -> usize {
     let mut count = 0;
     for line in lines {
@@ -79,7 +79,7 @@ fn run_all(page: &str, folder: &Path, lines: &[&str]) -> usize {
                 fs::copy(root().join(from), to).expect(from);
                 continue;
             }
-            // Builds, tests, and what checks msd itself.
+            // Builds, tests, and internal QA tools.
             ["cargo", "build" | "test", ..] | ["cargo", "run", ..] => continue,
             _ => panic!("{page}: {line}: a test of this page knows no such command"),
         };
@@ -90,7 +90,7 @@ fn run_all(page: &str, folder: &Path, lines: &[&str]) -> usize {
         let output = outcome(command);
         let said = text(&output.stderr);
         if arguments[0] == "view" {
-            // Without a display it can only be understood.
+            // Without a display, only the parsing of the command can be tested.
             assert!(said.contains("display"), "{page}: {line}: {said}");
             continue;
         }

@@ -1,4 +1,4 @@
-//! Recordings of sessions: all that a user does in the window happens again, to the last bit.
+//! Recordings of sessions: a replay repeats all user input in the window, to the last bit.
 
 use crate::frames::{run, session};
 use egui_kittest::Harness;
@@ -15,7 +15,7 @@ use msd_scene::schema::SolverRow;
 use msd_scene::{Precision, open, state_hash};
 use std::path::Path;
 
-/// The end of a replay: steps, time, and the hash of the state.
+/// Returns the end of a replay: steps, time, and the hash of the state.
 fn replayed(recording: &Recording) -> (u64, f64, u64) {
     let mut replay = Replay::new(recording, SolverRow::default()).expect("a start");
     while replay.advance().expect("a step") {}
@@ -23,7 +23,7 @@ fn replayed(recording: &Recording) -> (u64, f64, u64) {
     (runner.steps(), runner.time(), state_hash(&runner.state()))
 }
 
-/// Does something to a session that is recorded, and compares its end with that of the replay.
+/// Records user input in a session, and compares its end with that of the replay.
 fn happens_again(mut session: Session, what: impl FnOnce(&mut Session)) -> Recording {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.msdrec");
@@ -54,7 +54,7 @@ fn a_throw_is_replayed_to_the_bit() {
         }
         session.release();
         run(session, 10);
-        // The clock drops what it cannot catch up with; pausing stops it.
+        // The clock drops the time that it cannot catch up with; a pause stops it.
         session.advance(10.0, &|| 0.0);
         session.toggle_pause();
         run(session, 10);
@@ -81,7 +81,7 @@ fn a_solid_that_is_dragged_through_a_cloth_is_replayed_to_the_bit() {
         run(session, 10);
     });
     let is_move = |event: &&Event| matches!(event, Event::Act(Interaction::MoveSolid { .. }));
-    // Taken, moved before each step, and left.
+    // Grabbed, moved before each step, and released.
     assert_eq!(recording.events.iter().filter(is_move).count(), 1 + 19 + 1);
 }
 
@@ -95,7 +95,7 @@ fn sliders_pins_and_solvers_are_replayed_to_the_bit() {
         session.edit(MaterialEdit::RestScale(1.1));
         session.pin_toggle(40);
         run(session, 5);
-        // A pin that is dragged moves at a velocity of its own in each step.
+        // A dragged pin has another velocity in each step.
         let at = session.position(40);
         session.grab(40, at);
         session.move_grab(at + DVec3::new(0.5, 0.5, 0.0));
@@ -152,7 +152,7 @@ fn restarts_divergence_and_other_scenes_are_replayed_to_the_bit() {
         run(session, 200);
         assert!(session.failure().is_some());
         let offers = session.offers().to_vec();
-        // From the state that held together and from the start.
+        // From the last state before debris and from the start.
         let origins = [Origin::Here, Origin::Start, Origin::Scene];
         let of = |origin| offers.iter().copied().find(|offer| offer.origin == origin);
         let taken = origins.into_iter().filter_map(of).map(|offer| {
@@ -288,7 +288,7 @@ fn what_was_looked_back_to_undone_and_gone_on_from_is_replayed() {
         run(session, 5);
         session.undo();
         session.redo();
-        // Beyond the start of what is recorded, and the end is what is shown.
+        // Beyond the start of the recording, which ends with the shown state.
         session.look_back(45);
         session.toggle_pause();
         run(session, 10);

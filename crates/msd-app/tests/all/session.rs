@@ -1,4 +1,4 @@
-//! The session by itself: what a user can do, without a window.
+//! The session alone: all actions of a user, without a window.
 
 use crate::frames::{FRAME, loaded, run, session};
 use msd_app::session::{ErrorNow, MaterialEdit, Session};
@@ -59,7 +59,7 @@ fn a_step_back_returns_to_the_very_state() {
     assert!(session.step_back() && session.step_back());
     assert_eq!(session.runner().state(), state);
     assert_eq!(session.runner().steps(), 40);
-    // Summed in another order: one rounding of the sum.
+    // The terms of the sum have another order: one rounding.
     assert!(
         (session.runner().energy().dissipated - energy.dissipated).abs()
             <= 1e-9 * energy.total().abs()
@@ -81,7 +81,7 @@ fn a_step_back_past_an_edit_knows_what_was_dissipated_before_it() {
     session.edit(MaterialEdit::Gravity(1.6));
     run(&mut session, 10);
     (0..10).for_each(|_| assert!(session.step_back()));
-    // On the moon the same state has less energy, which nothing took away.
+    // On the moon, the same state has less energy, without dissipation.
     let after = session.runner().energy();
     assert!(after.gravitational < 0.5 * before.gravitational, "{after:?}");
     assert!((after.dissipated - before.dissipated).abs() <= 1e-9 * before.total().abs());
@@ -131,7 +131,7 @@ fn a_step_that_would_take_minutes_ends_in_a_failure_that_is_told() {
     let text = &session.failure().expect("it gave up").text;
     assert!(text.contains("evaluations of the forces"), "{text}");
     assert!(session.is_paused() && session.runner().state() == before);
-    // A fifth of all that a step may take however small the scene.
+    // A fifth of the limit on the work of a step, which also holds for small scenes.
     assert!(work.evaluations < 150_000, "{}", work.evaluations);
 }
 
@@ -170,7 +170,7 @@ fn the_world_is_set_as_a_whole() {
     });
     assert!((gravity - DVec3::new(0.0, -3.0, 0.0)).length() < 1e-6);
     assert_eq!(planes, [(0.25, Friction::Coulomb(0.7)); 2]);
-    // Weightlessness keeps the way down for later.
+    // With zero gravity, its direction is kept.
     session.edit(MaterialEdit::Gravity(0.0));
     session.edit(MaterialEdit::Gravity(5.0));
     assert_eq!(session.material().values().gravity, 5.0);
@@ -185,7 +185,7 @@ fn precision_changes_and_the_state_stays() {
     let AnyState::F64(after) = session.runner().state() else { panic!("f64 was asked for") };
     assert_eq!(before.positions[7].as_dvec3(), after.positions[7]);
     assert_eq!(session.runner().steps(), 20);
-    // The history from before is still good.
+    // The earlier history is still valid.
     assert!(session.step_back());
 }
 
@@ -297,7 +297,7 @@ fn every_method_runs() {
         run(&mut session, 30);
         assert_eq!(session.failure(), None, "{integrator}");
         assert_eq!(session.runner().steps(), 30, "{integrator}");
-        // It falls freely so far, 9.82/2 · 0.5² m from 2 m: within the first-order term h g t.
+        // It has been in free fall, 9.82/2 · 0.5² m from 2 m: within the first-order term h g t.
         let height = session.runner().energy().gravitational / (16.0 * 9.82);
         let late = 9.82 * session.runner().settings().substep() * 0.5;
         assert!((height - (2.0 - 1.2275)).abs() <= late, "{integrator}: {height} m");
@@ -332,7 +332,7 @@ fn only_explicit_methods_have_a_limit() {
     }
 }
 
-/// The last estimate of the error: root mean square, metres.
+/// Returns the last estimate of the error: root mean square, metres.
 fn estimate(session: &Session) -> Option<f64> {
     match session.error()? {
         ErrorNow::Known(last) => Some(last.error.rms),
@@ -340,7 +340,7 @@ fn estimate(session: &Session) -> Option<f64> {
     }
 }
 
-/// A session in double precision whose error is estimated.
+/// Returns a session in double precision with an error estimate.
 fn measured(name: &str) -> Session {
     let mut session = session(name);
     session.tune(SolverRow::precision(Precision::F64));
@@ -359,8 +359,8 @@ fn the_estimate_appears_after_a_window_and_shrinks_with_the_substep() {
         estimate(&session).expect("a window has passed")
     };
     let (coarse, fine) = (error(16), error(64));
-    // Velocity Verlet is of second order, and the chain touches nothing: a sixteenth where the
-    // substep is short enough for the leading term.
+    // Velocity Verlet is of second order, and the chain has no contacts: the ratio is sixteen if
+    // the substep is short enough for the leading term.
     assert!((coarse / fine / 16.0 - 1.0).abs() < 0.1, "{coarse} m, {fine} m");
 }
 
@@ -371,7 +371,7 @@ fn the_estimate_appears_for_every_method() {
         session.tune(SolverRow::integrator(integrator));
         run(&mut session, WINDOW);
         let error = estimate(&session).expect("a window has passed");
-        // So calm is the chain that an adaptive run and its copy both take whole steps.
+        // The chain is so calm that an adaptive run and its copy both take whole steps.
         let seen = 0.0 < error || integrator.is_adaptive();
         assert!(seen && error < 0.3, "{integrator}: {error} m");
     }
@@ -454,7 +454,7 @@ fn what_the_user_does_is_no_error() {
         run(&mut session, 1);
     }
     assert!(0.3 < session.position(0).y);
-    // A copy that missed any of it would be decimetres off.
+    // A copy without any of these inputs would be decimetres off.
     let error = estimate(&session).expect("a window has passed");
     assert!(error < 1e-3, "{error} m");
 }
@@ -478,7 +478,7 @@ fn automatic_substeps_follow_the_sliders_and_a_restart() {
     let few = substeps(&session);
     assert!(few < 12, "{few}: the scene asks for more than it needs");
     session.edit(MaterialEdit::Stiffness(6e5));
-    // A hundred times as stiff: ten times as many, but for rounding to whole ones.
+    // A hundred times as stiff: ten times as many substeps, up to rounding to whole ones.
     let many = substeps(&session);
     assert!((10 * (few - 1)..=10 * few).contains(&many), "{few}, {many}");
     run(&mut session, 3);

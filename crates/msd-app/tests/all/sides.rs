@@ -1,4 +1,4 @@
-//! A twin beside the run: two pictures, one camera, one pair of hands.
+//! A twin beside the run: two views, the same camera and the same input.
 
 use crate::frames::{FRAME, frame, loaded};
 use egui::{Pos2, Vec2};
@@ -10,7 +10,7 @@ use msd_app::viewer::{Side, Viewer};
 use msd_core::{Integrator, Settings, Vector};
 use msd_run::on;
 
-/// A window with a twin beside the run, begun and set by its buttons.
+/// Returns a window with a twin beside the run, started and set by its buttons.
 fn harness(scene: &str) -> Harness<'static, Viewer> {
     let mut viewer = Viewer::new(loaded(scene), catalogue()).expect("a valid scene");
     viewer.session.toggle_pause();
@@ -27,7 +27,7 @@ fn harness(scene: &str) -> Harness<'static, Viewer> {
     harness
 }
 
-/// Where a particle of a side is in the window.
+/// Returns the position of a particle of a side in the window.
 fn place(viewer: &Viewer, side: Side, particle: usize) -> Pos2 {
     let position =
         on!(viewer.runner_of(side), simulation => simulation.position(particle).to_f32());
@@ -50,7 +50,7 @@ fn each_side_shows_the_whole_scene_by_the_same_camera() {
             assert!(rect.contains(place(viewer, side, particle)), "{side:?} {particle}");
         }
     }
-    // They began alike: half a window apart, to the rounding of single precision.
+    // Both have the same state: half a window apart, to the rounding of single precision.
     let apart = place(viewer, Side::Twin, 5) - place(viewer, Side::Run, 5);
     assert!((apart - Vec2::new(run.width(), 0.0)).length() < 1e-2);
     let settings = harness.state().session.runner().settings();
@@ -65,7 +65,7 @@ fn each_side_shows_the_whole_scene_by_the_same_camera() {
 fn picking_works_on_both_sides_and_a_grab_moves_both() {
     for side in [Side::Run, Side::Twin] {
         let mut harness = harness("cube");
-        // The highest particle: nothing is in front of it.
+        // The highest particle is not hidden.
         let viewer = harness.state();
         let count = viewer.session.runner().particle_count();
         let top = (0..count).map(|particle| place(viewer, side, particle));
@@ -74,7 +74,7 @@ fn picking_works_on_both_sides_and_a_grab_moves_both() {
         harness.run_steps(2);
         harness.drag_at(at);
         harness.run_steps(2);
-        // One of those that are as near to the pointer, within the reach of a click.
+        // One of the particles that are as near to the pointer, within the reach of a click.
         let particle = harness.state().session.held().expect("a particle");
         assert!(place(harness.state(), side, particle).distance(at) < 18.0, "{side:?}");
         let before = [Side::Run, Side::Twin].map(|side| height(harness.state(), side, particle));

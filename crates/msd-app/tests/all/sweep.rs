@@ -1,4 +1,4 @@
-//! `msd sweep` on one machine or many, at once or in pieces: the same result.
+//! `msd sweep` in one process or several, at once or in pieces: the same result.
 
 use crate::common::{done, outcome, refused, text};
 use msd_study::sweep::{Datum, Store, Sweep, Table, TableFormat};
@@ -13,7 +13,7 @@ const SMALL: &str = "version = 1\nscene = 'chain'\nduration = 0.2\nerror = true\
     'solver.integrator' = ['velocity-verlet', 'rk4']\n'solver.substeps' = [4, 8, 16]\n\
     'bodies[0].stiffness' = [10, 40]\n'solver.precision' = ['f64']\n";
 
-/// Cells that take long enough to be killed between two of them and in the middle of one.
+/// Cells long enough for a kill between two of them, or in the middle of one.
 const LONG: &str = "version = 1\nscene = 'chain'\nduration = 200\n[grid]\n\
     'solver.substeps' = { from = 100, to = 123, count = 24 }\n";
 
@@ -34,7 +34,7 @@ fn start(folder: &Path, arguments: &[&str]) -> Child {
     command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("msd starts")
 }
 
-/// The files of cells; what a killed run left unfinished begins with a dot.
+/// Returns the files of cells; unfinished files of a killed run begin with a dot.
 fn cells(folder: &Path) -> Vec<PathBuf> {
     let Ok(entries) = fs::read_dir(folder.join("small")) else { return Vec::new() };
     let paths = entries.flatten().map(|entry| entry.path());
@@ -44,12 +44,12 @@ fn cells(folder: &Path) -> Vec<PathBuf> {
     paths.filter(shown).collect()
 }
 
-/// Reads the table of the whole sweep and leaves out what tells how long something took.
+/// Reads the table of the whole sweep without the columns of durations.
 fn table(folder: &Path) -> Vec<Vec<Datum>> {
     timeless(&read(folder, &folder.join("small.csv")))
 }
 
-/// Reads a table in the folder of the sweep, which knows what the columns of CSV hold.
+/// Reads a table in the folder of the sweep, which defines the types of the CSV columns.
 fn read(folder: &Path, path: &Path) -> Table {
     let sweep = Sweep::open(&folder.join("small.toml")).expect("a sweep");
     let columns = Store::of(&sweep, None).collect(&sweep).expect("a table").0.columns;
@@ -65,7 +65,7 @@ fn timeless(table: &Table) -> Vec<Vec<Datum>> {
     table.rows.iter().map(row).collect()
 }
 
-/// What one process makes of the small sweep.
+/// Returns the result of a single process for the small sweep.
 fn alone() -> Vec<Vec<Datum>> {
     let folder = folder(SMALL);
     let said = done(msd(folder.path(), &[]));
@@ -81,7 +81,7 @@ fn alone() -> Vec<Vec<Datum>> {
 #[test]
 fn four_processes_make_the_same_table_as_one() {
     let alone = alone();
-    // Each its part, as on a cluster.
+    // Each process runs a part, as on a cluster.
     let parts = folder(SMALL);
     let blocks = ["0-2", "3-5", "6-8", "9-99"];
     let children = blocks.map(|block| start(parts.path(), &["--tasks", block]));
@@ -93,7 +93,7 @@ fn four_processes_make_the_same_table_as_one() {
     let said = done(msd(parts.path(), &["--collect", "small.csv"]));
     assert_eq!(said, "12 rows in small.csv\n");
     assert_eq!(table(parts.path()), alone);
-    // All of them everything.
+    // Each process runs everything.
     let whole = folder(SMALL);
     let children = [(); 4].map(|()| start(whole.path(), &["-j", "2"]));
     for child in children {
@@ -120,14 +120,14 @@ fn a_row_has_time_and_error_and_finer_steps_err_less() {
         assert!((value(row, "relative_error") / relative - 1.0).abs() < 1e-12);
         assert_eq!(value(row, "samples"), 12.0);
     }
-    // Rows 0, 2 and 4: velocity Verlet with 4, 8 and 16 substeps, an error of second order each.
+    // Rows 0, 2 and 4: velocity Verlet with 4, 8 and 16 substeps, each with a second-order error.
     for (coarse, fine) in [(0, 2), (2, 4)] {
         let ratio = value(coarse, "rms_error") / value(fine, "rms_error");
         assert!((3.0..5.0).contains(&ratio), "{ratio}");
     }
 }
 
-/// A file of a cell is whole whenever it can be seen.
+/// Asserts that each visible file of a cell is whole.
 fn assert_whole(folder: &Path) {
     for path in cells(folder) {
         let table = read(folder, &path);
@@ -152,7 +152,7 @@ fn a_sweep_that_is_killed_leaves_whole_files_and_is_resumed() {
     let before = cells(folder.path()).len();
     assert!((3..24).contains(&before), "{before} cells are done");
     assert!(!folder.path().join("small.csv").exists());
-    // What a process leaves that is killed while it writes.
+    // The leftover of a process that was killed during a write.
     fs::write(folder.path().join("small/.msd-killed.part"), "PAR1").expect("a file");
     let listed = done(msd(folder.path(), &["--list"]));
     assert_eq!(listed.matches("  done   solver").count(), before);

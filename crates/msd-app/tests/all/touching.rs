@@ -1,4 +1,4 @@
-//! Settings of touching in the window, and reports of surfaces that pass through each other.
+//! Contact settings in the window, and reports of surfaces that pass through each other.
 
 use crate::frames::{frame, loaded, run, session};
 use egui::Vec2;
@@ -35,7 +35,7 @@ fn bodies_touch_as_a_scene_file_would_have_it_from_the_click_on() {
     assert_eq!(rows(&session), [by_default]);
     assert_eq!(state_hash(&session.runner().state()), state, "nothing moves by it");
     assert!(session.touch_values().on && session.material().is_edited());
-    // One after the other is undone, and done again, and the motion goes on.
+    // Undo and redo handle one edit after the other, and the motion continues.
     let thickness = first(session.touch_values().thickness);
     run(&mut session, 80);
     session.edit_touch(TouchEdit::Thickness(0.5 * thickness));
@@ -51,7 +51,7 @@ fn bodies_touch_as_a_scene_file_would_have_it_from_the_click_on() {
     (0..3).for_each(|_| session.redo());
     let values = session.touch_values();
     assert_eq!((first(values.thickness), first(values.friction)), (0.5 * thickness, 0.125));
-    // A restart keeps what was set, the reset gives back the scene.
+    // A restart keeps the edits; a reset returns to the scene.
     session.restart();
     assert_eq!(session.touch_values(), values);
     session.reset_material();
@@ -87,7 +87,7 @@ fn one_body_of_many_is_set_and_those_that_pass_through_it_still_do() {
     assert_eq!(rows(&session)[1].ignored, [0]);
     session.select(Select::Body(1));
     session.edit_touch(TouchEdit::On(true));
-    // The row of b stands before that of c now.
+    // The row of b is now before that of c.
     assert_eq!(rows(&session).len(), 3);
     assert_eq!(rows(&session)[2].ignored, [0]);
     session.select(Select::Body(0));
@@ -152,7 +152,7 @@ fn a_run_whose_touches_were_set_is_that_of_the_scene_that_is_saved_of_it() {
     }
 }
 
-/// A link to what is seen lets bodies meet as here, in the window and on the command line.
+/// Asserts that a link gives the same contact in the window and on the command line.
 fn shows_the_same_by_link(viewer: &Viewer) {
     let text = viewer.link().expect("a link").to_string();
     let link = Link::parse(&text).expect("a link");
@@ -162,7 +162,7 @@ fn shows_the_same_by_link(viewer: &Viewer) {
     assert_eq!(link.open().expect("a scene").scene.shells, rows(&viewer.session));
 }
 
-/// A scene of two ropes and a cloth, in a folder of its own; the cloth has a row for the first.
+/// Returns a scene of two ropes and a cloth, in a folder; the cloth has a row for the first rope.
 fn three(folder: &std::path::Path) -> Viewer {
     let text = "version = 1\n[[bodies]]\nname = 'a'\nkind = 'rope'\nsize = [4]\n\
                 touch = { friction = 0.25 }\n\
@@ -185,7 +185,7 @@ fn two_bodies_are_set_undone_and_saved() {
     assert!(session.touch_partners().is_empty(), "no body is selected");
     session.select(Select::Body(0));
     assert_eq!(session.touch_partners(), [1, 2]);
-    // The root of the product, and the larger one; then what the file says.
+    // The root of the product, and the larger one; then the values of the file.
     assert_eq!(session.touch_with(1), Some([0.5, 0.5]));
     assert_eq!(session.touch_with(2), Some([0.125, 0.0]));
     session.edit_touch(TouchEdit::FrictionWith(1, 0.75));
@@ -194,7 +194,7 @@ fn two_bodies_are_set_undone_and_saved() {
     assert_eq!(session.undoes(), Some(Deed::Edit("restitution between two bodies")));
     assert_eq!(session.refusal(), None);
     assert_eq!(session.touch_with(1), Some([0.75, 0.25]));
-    // From the other side it is the same, and another edit leaves it.
+    // The other side has the same values, and another edit keeps them.
     session.select(Select::Body(1));
     session.edit_touch(TouchEdit::Friction(0.5));
     assert_eq!(session.touch_with(0), Some([0.75, 0.25]));
@@ -270,7 +270,7 @@ fn the_sliders_are_there_for_what_touches() {
     assert!(rows(&harness.state().session).is_empty());
 }
 
-/// Two sheets of one body each, one of which goes through the other within a step.
+/// Returns two sheets, one body each, one of which passes through the other within a step.
 fn shot() -> Session {
     let sheet = |y: f64, v: f64| {
         format!(
@@ -307,7 +307,7 @@ fn what_may_have_passed_through_is_told_and_marked() {
     theme::apply(&harness.ctx);
     harness.run_steps(2);
     assert!(harness.query_by_label_contains("may have crossed").is_some());
-    // Back before it, nothing has passed.
+    // Before that step, nothing has passed.
     harness.state_mut().session.look_back(2);
     harness.run_steps(2);
     assert!(harness.query_by_label_contains("may have crossed").is_none());
@@ -355,7 +355,7 @@ fn surfaces_that_cross_are_counted_while_the_run_is_as_it_is() {
     assert_eq!(session.crossings(), None, "void with the change");
     session.advance(0.1, &|| 0.0);
     assert_eq!(session.crossings(), Some(known));
-    // Where nothing touches nothing is counted.
+    // Without colliding bodies, nothing is counted.
     session.edit_touch(TouchEdit::On(false));
     session.advance(0.1, &|| 0.0);
     assert_eq!(session.crossings(), None);

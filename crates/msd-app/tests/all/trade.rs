@@ -1,4 +1,4 @@
-//! `msd study` and `msd tune` as the README describes them: the real binary, in folders of its own.
+//! `msd study` and `msd tune` as in the README: the real binary, in separate folders.
 
 use crate::common::{done, folder, outcome, parse, refused, text};
 use std::path::Path;
@@ -52,7 +52,7 @@ fn an_interrupted_study_goes_on_where_it_stopped() {
     assert!(!journal(), "and forgotten at the end");
 }
 
-/// Sends Ctrl-C to a command once something is there, and waits for its end: what it said.
+/// Sends Ctrl-C to a command once `begun` holds, waits for its end, and returns its output.
 #[cfg(unix)]
 fn interrupt(folder: &Path, arguments: &[&str], begun: &dyn Fn() -> bool) -> [String; 2] {
     use std::process::Stdio;
@@ -70,7 +70,7 @@ fn interrupt(folder: &Path, arguments: &[&str], begun: &dyn Fn() -> bool) -> [St
     said
 }
 
-/// Whether there is a file in the cache whose name begins so.
+/// Returns whether the cache has a file with this prefix.
 #[cfg(unix)]
 fn cached(folder: &Path, start: &str) -> bool {
     let files = std::fs::read_dir(folder.join("cache")).into_iter().flatten().flatten();
@@ -109,7 +109,7 @@ fn ctrl_c_ends_a_search_with_the_best_so_far_which_is_not_written() {
     let [said, told] = interrupt(folder.path(), &arguments, &|| cached(folder.path(), "reference"));
     assert!(told.starts_with("error: "), "{told}");
     assert!(told.contains("interrupted"), "{told}");
-    // Where something was tried by then, that is told.
+    // If settings were tried by then, the report includes them.
     let is_told = said.contains("settings tried") && said.contains("not written");
     assert!(is_told || told.contains("before anything was tried"), "{said} {told}");
     let kept = std::fs::read_to_string(folder.path().join("block.toml")).expect("the scene");
@@ -125,7 +125,7 @@ fn ctrl_c_ends_a_search_for_a_spacing_at_once_and_leaves_no_part() {
     let scene = "version = 1\n[[bodies]]\nkind = 'block'\nsize = [5, 5, 5]\n";
     std::fs::write(folder.path().join("block.toml"), scene).expect("a file");
     let arguments = ["tune", "block.toml", "--mesh", "--max-error", "1e-3", "--write"];
-    // Once the reference is there, finer spacings are run.
+    // Finer spacings are run after the reference.
     let [said, _] = interrupt(folder.path(), &arguments, &|| cached(folder.path(), "reference"));
     assert_eq!(said, "");
     let kept = std::fs::read_to_string(folder.path().join("block.toml")).expect("the scene");
@@ -149,7 +149,7 @@ fn tune_prints_the_documented_keys_and_keeps_the_wish() {
     let arguments = ["tune", "chain", "--budget", "1", "--duration", "0.2", "--json"];
     let report = parse(&done(msd(folder.path(), &arguments)));
     assert!(report["ms_per_frame"].as_f64().unwrap() <= 1.0);
-    // No error is finer than what it was measured against.
+    // No error is below the uncertainty of its reference.
     let number = |key: &str| report[key].as_f64().unwrap();
     assert!(number("reference_uncertainty") <= number("verified_error"), "{report}");
 }
@@ -158,7 +158,7 @@ fn tune_prints_the_documented_keys_and_keeps_the_wish() {
 fn write_changes_the_solver_section_and_only_for_a_choice_that_meets_the_wish() {
     let folder = folder();
     let path = folder.path().join("rope.toml");
-    // An author under Windows, and a second name of the file.
+    // A file with Windows line endings, and with a second name.
     let rope = ROPE.replace('\n', "\r\n");
     std::fs::write(&path, &rope).unwrap();
     std::fs::hard_link(&path, folder.path().join("second.toml")).unwrap();
@@ -228,7 +228,7 @@ fn every_method_runs_every_small_scene() {
     }
 }
 
-/// A bar of ten cells that starts to hang along x.
+/// A bar of ten cells along x, under load from the start.
 const BAR: &str = "version = 1\n[world]\ngravity = [9.82, 0, 0]\n[[bodies]]\nkind = \"rope\"\n\
                    size = [11]\nspacing = 0.1\nyoung = 1e5\ndensity = 1000\ndiameter = 0.01\n\
                    relaxation_time = 4e-3\nposition = [0.5, 0, 0]\n[[pins]]\nat = [0, 0, 0]\n";

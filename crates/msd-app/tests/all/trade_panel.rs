@@ -1,5 +1,5 @@
-//! The trade on screen: a study in the background, void when the scene is changed and not when the
-//! solver is, and the choices made by it; the error as a colour.
+//! The trade-off in the window: a background study, which a change of the scene voids but not one
+//! of the solver; the choice of settings; the error as a colour.
 
 use egui::Vec2;
 use egui::accesskit::Role;
@@ -23,7 +23,7 @@ use msd_study::tune::Goal;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// A scene whose study takes a few seconds.
+/// Returns a scene with a study of a few seconds.
 fn chain() -> Loaded {
     let mut loaded = msd_scene::open("chain").expect("a built-in scene");
     loaded.scene.world = World::default();
@@ -37,7 +37,7 @@ fn session() -> Session {
     session
 }
 
-/// Lets frames pass until something holds; only a test that fails waits to the end.
+/// Runs frames until a condition holds; only a failing test waits until the end.
 fn wait_until(session: &mut Session, mut holds: impl FnMut(&Session) -> bool) {
     let begin = Instant::now();
     while !holds(session) {
@@ -97,7 +97,7 @@ fn a_change_of_the_scene_voids_the_study_at_once_and_a_change_of_the_solver_does
 #[test]
 fn the_present_setting_is_measured_whatever_it_is() {
     let mut session = session();
-    // On no ladder.
+    // A number that the study would not try.
     session.tune(SolverRow::substeps(37));
     let now = choice_of(session.runner()).expect("a whole number of substeps in a frame");
     let is_there = |session: &Session| {
@@ -120,7 +120,7 @@ fn a_choice_sets_method_fineness_and_precision_and_says_so() {
     let text = session.adopted().expect("something was changed").to_owned();
     assert!(text.contains("to rk4") && text.contains("to 5 substeps"), "{text}");
     assert_eq!(text.contains("to f64"), before != Precision::F64, "{text}");
-    // What the user changes by hand is not what the trade changed.
+    // A manual change is not attributed to the trade-off.
     session.tune(SolverRow::substeps(6));
     assert_eq!(session.adopted(), None);
     let adaptive = Choice {
@@ -147,7 +147,7 @@ fn a_search_finds_a_setting_within_the_error_takes_it_and_says_what_changed() {
     let changed = session.adopted().expect("a setting was taken").to_owned();
     assert!(changed.contains("explicit-euler to "), "{changed}");
     let now = choice_of(session.runner()).expect("a choice");
-    // The study measures the same setting against a reference of its own.
+    // The study measures the same setting against another reference.
     let measured = |session: &Session| {
         let study = found(session)?;
         study.trials.iter().find(|trial| trial.choice == now).map(|trial| trial.error())
@@ -155,9 +155,9 @@ fn a_search_finds_a_setting_within_the_error_takes_it_and_says_what_changed() {
     wait_until(&mut session, |session| measured(session).is_some());
     let measured = measured(&session).expect("a trial");
     assert!(measured <= 1.01 * error, "{measured}");
-    // Its price is said once, by the line of the present setting.
+    // The line of the current setting shows its cost.
     assert!(!words.contains("per frame"), "{words}");
-    // Undo takes it back, all of it and what was said of it, and redo takes it again.
+    // Undo reverts the whole setting with its message, and redo repeats it.
     assert_eq!(session.undoes(), Some(Deed::Solver("the search's setting")));
     session.undo();
     let before = session.runner().settings();
@@ -166,7 +166,7 @@ fn a_search_finds_a_setting_within_the_error_takes_it_and_says_what_changed() {
     session.redo();
     assert_eq!(choice_of(session.runner()), Some(now));
     assert_eq!(session.searched().map(|search| search.words()), Some(words));
-    // It is taken once: what the user sets afterwards stays.
+    // The search applies its result once: later changes by the user stay.
     session.tune(SolverRow::substeps(77));
     session.advance(FRAME, &|| 0.0);
     assert_eq!(session.runner().settings().substeps, 77);
@@ -174,7 +174,7 @@ fn a_search_finds_a_setting_within_the_error_takes_it_and_says_what_changed() {
 
 #[test]
 fn what_a_search_takes_serves_the_run_as_it_is_and_not_only_as_it_began() {
-    // A block falls freely for longer than is studied, and is bent by the ground when it is asked.
+    // A block is in free fall for longer than the study, and bent by the ground at the search.
     let material = Material { mass: 1.0, stiffness: 2000.0, damping: 2.0 };
     let mut loaded = chain();
     let mut part = shape::block([3, 3, 3], 1.0, material).expect("small");
@@ -193,7 +193,7 @@ fn what_a_search_takes_serves_the_run_as_it_is_and_not_only_as_it_began() {
     let words = session.searched().expect("the scene is as it was").words();
     let adopted = session.adopted().is_some();
     assert_eq!(adopted, words.contains("found"), "{words}");
-    // What is cheapest from the start bears the fall alone: it is passed over, or nothing is taken.
+    // The cheapest setting from the start suits the fall only: it is skipped, or nothing applied.
     assert!(words.contains("passed over") || words.contains("nothing was changed"), "{words}");
     if adopted {
         let choice = choice_of(session.runner()).expect("a choice");
@@ -241,14 +241,14 @@ fn the_worth_of_the_parts_comes_and_says_how_the_scene_was_stepped_until_it_is_k
     let former = session.former_terms().expect("what was known");
     assert_eq!((former.of, former.rows), (was, known));
     wait_until(&mut session, |session| rows(session).is_some());
-    // A change of the scene leaves neither.
+    // A change of the scene voids both.
     session.edit(MaterialEdit::Stiffness(777.0));
     assert!(session.terms().is_none() && session.former_terms().is_none());
 }
 
 #[test]
 fn a_setting_taken_from_the_diagram_is_tried_from_the_state_of_now() {
-    // Free fall, over which nothing speaks against it, and then the ground.
+    // Free fall, in which the setting is sound, and then the ground.
     let mut session =
         Session::new(msd_scene::open("jelly").expect("a built-in scene")).expect("a valid scene");
     session.toggle_pause();
@@ -263,7 +263,7 @@ fn a_setting_taken_from_the_diagram_is_tried_from_the_state_of_now() {
     wait_until(&mut session, |session| session.fault_of_adopted().is_some());
     let why = session.fault_of_adopted().expect("a fault");
     assert!(why.contains("that nothing supplied"), "{why}");
-    // What is chosen next is tried anew, and what is sound has no fault.
+    // The next choice gets a new trial, and a sound one has no fault.
     session.tune(SolverRow::integrator(Integrator::VelocityVerlet));
     assert_eq!(session.fault_of_adopted(), None);
 }
@@ -283,7 +283,7 @@ fn a_study_changes_no_bit_of_the_run() {
     assert_eq!(run(true), run(false));
 }
 
-/// A frame as the window has it.
+/// Runs a frame of the window.
 fn frame(ui: &mut egui::Ui, viewer: &mut Viewer) {
     read_pointer(ui.ctx(), viewer);
     viewer.session.advance(FRAME, &|| 0.0);
@@ -329,12 +329,12 @@ fn the_slider_walks_from_fast_to_accurate_and_the_panel_says_what_changed() {
     assert!(fast.0 < accurate.0 && accurate.1 < fast.1, "{fast:?} {accurate:?}");
     assert!(harness.query_by_label_contains("changed: ").is_some());
     one_slow_drag_is_one_edit(&mut harness, slider);
-    // A field that is changed begins a search, which says how far it is.
+    // A change of a field starts a search, which shows its progress.
     harness.get_by_role_and_label(Role::SpinButton, "within").increment_accesskit();
     harness.run_steps(3);
     assert!(harness.query_by_label_contains("searching within").is_some());
     assert!(harness.query_by_label("Stop").is_some());
-    // Gravity is switched off by its switch, and study and search are void with it.
+    // The switch of gravity switches it off, which voids study and search.
     harness.get_by_role_and_label(Role::CheckBox, "gravity").click();
     harness.run_steps(2);
     assert_eq!(harness.state().session.material().values().gravity, 0.0);
@@ -343,7 +343,7 @@ fn the_slider_walks_from_fast_to_accurate_and_the_panel_says_what_changed() {
     assert!(harness.query_by_label_contains("waiting until the scene").is_some());
 }
 
-/// Drags the slider from one end to the other with a frame in two seconds, and undoes that.
+/// Drags the slider from one end to the other with one frame per two seconds, and undoes that.
 fn one_slow_drag_is_one_edit(harness: &mut Harness<'_, Viewer>, slider: egui::Rect) {
     let choice =
         |harness: &Harness<'_, Viewer>| choice_of(harness.state().session.runner()).expect("one");
@@ -373,7 +373,7 @@ fn one_slow_drag_is_one_edit(harness: &mut Harness<'_, Viewer>, slider: egui::Re
 
 #[test]
 fn a_cut_spring_voids_the_study() {
-    // The window cuts by other ways; what counts is that the run was changed.
+    // The window cuts in other ways; the test needs only a change of the run.
     let mut loaded = chain();
     let mut runner = msd_run::Runner::open(&loaded).expect("a valid scene");
     runner.queue(Interaction::Cut { spring: 2 }).expect("a spring of the scene");

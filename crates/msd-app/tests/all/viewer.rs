@@ -1,5 +1,5 @@
-//! The viewer around a session: files opened, dropped and saved, the gallery, the guide, what is
-//! remembered, and the keyboard.
+//! The viewer around a session: files opened, dropped and saved, the gallery, the tour,
+//! preferences, and the keyboard.
 
 use crate::frames::{type_in, window};
 use egui::accesskit::{Action, Role};
@@ -104,7 +104,7 @@ fn a_saved_run_goes_on_with_the_same_bits() {
     assert_eq!(hash(&again), hash(&viewer));
 }
 
-/// Sets what a scene file can say.
+/// Sets values that a scene file can hold.
 fn set_values(viewer: &mut Viewer) {
     let session = &mut viewer.session;
     session.tune(SolverRow::integrator(Integrator::Rk4));
@@ -172,7 +172,7 @@ fn automatic_substeps_by_their_other_name_are_saved_under_their_own() {
 #[test]
 fn a_scene_that_no_file_can_say_is_refused_and_nothing_is_left() {
     let folder = folder();
-    // Its springs have values of their own, in place of that of the body.
+    // Its springs have individual values, instead of that of the body.
     let text = "version = 1\n[[bodies]]\nkind = 'explicit'\nparticles = [{ position = [0, 0, 0] }, \
                 { position = [1, 0, 0] }]\nsprings = [{ ends = [0, 1], stiffness = 300 }]\n";
     let path = folder.path().join("two.toml");
@@ -208,7 +208,7 @@ fn the_command_is_that_of_the_scene_or_of_a_run_saved_for_it() {
     let line = copied(&mut harness);
     let options = "--integrator backward-euler --substeps 7 --newton 2";
     assert_eq!(line, format!("msd view chain {options}"));
-    // What was rounded to single precision is no start in double precision.
+    // A state rounded to single precision is not the initial one in double precision.
     harness.state_mut().session.tune(SolverRow::precision(Precision::F64));
     assert!(copied(&mut harness).ends_with("chain-1.msd"));
     harness.state_mut().command(Command::StepForward);
@@ -334,7 +334,7 @@ fn a_remembered_camera_is_at_rest_and_as_far_beside_the_scene_as_it_was() {
     left.look(0.0);
     left.camera.orbit(0.5, 0.1);
     left.camera.pan(0.2, 0.0);
-    // The cloth sags, and the camera with it.
+    // The cloth sags, and the camera follows.
     for _ in 0..120 {
         left.session.advance(1.0 / 60.0 + 1e-9, &|| 0.0);
         left.look(1.0 / 60.0);
@@ -365,7 +365,7 @@ fn a_camera_that_follows_arrives_though_the_run_is_paused() {
     assert!(!viewer.is_gliding());
     let there = viewer.camera.target;
     viewer.look(10.0);
-    // As many metres as a tenth of a pixel.
+    // In metres, a tenth of a pixel.
     assert!(viewer.camera.target.distance(there) < 2e-4 * viewer.camera.distance);
 }
 
@@ -377,7 +377,7 @@ fn what_is_fast_stays_in_the_picture() {
     viewer.session.edit(MaterialEdit::Gravity(0.0));
     viewer.session.set_wind(Wind { strength: 100.0, heading: 0.0, gusts: 0.0 });
     viewer.look(0.0);
-    // A machine that draws five times a second; after 12 s the cube is more than a kilometre away.
+    // A machine with five frames per second; after 12 s the cube is more than a kilometre away.
     for _ in 0..60 {
         viewer.session.advance(0.2, &|| 0.0);
         viewer.look(0.2);
@@ -388,7 +388,7 @@ fn what_is_fast_stays_in_the_picture() {
     assert!(1e3 < viewer.session.position(555).x, "{}", viewer.session.position(555));
 }
 
-/// From the middle of the scene to what the camera looks at, as a link holds it, metres.
+/// Returns the offset of the camera's target from the centre of the scene, as in a link, metres.
 fn beside(viewer: &Viewer) -> Vec3 {
     let changes = viewer.link().expect("a built-in scene").changes.expect("a camera");
     changes.look.target.into()
@@ -435,7 +435,7 @@ fn finer_pixels_leave_everything_where_it_is() {
     assert_eq!(harness.ctx.pixels_per_point(), 2.0);
     for (before, now) in before.into_iter().zip(places(&harness)) {
         let [before, now] = [before, now].map(|rect| rect.expect("it is shown").center());
-        // Text is set to whole pixels.
+        // Text is aligned to whole pixels.
         assert!(before.distance(now) <= 4.0, "{before:?} {now:?}");
     }
     let moved = (harness.state().layout.rect.min - view.min).length();
@@ -447,7 +447,7 @@ fn hidden_panels_leave_the_whole_window_to_the_scene() {
     let mut harness = harness(viewer("cube", Path::new("")), [800.0, 600.0]);
     harness.state_mut().command(Command::Panels);
     harness.run_steps(2);
-    // But for the margin of the harness.
+    // Except for the margin of the harness.
     let size = harness.state().layout.rect.size();
     assert!(780.0 < size.x && 580.0 < size.y, "{size}");
     harness.state_mut().command(Command::Panels);
@@ -489,7 +489,7 @@ fn every_control_is_reached_by_tab_and_used_by_key() {
     assert!(before < harness.state().session.material().values().gravity);
 }
 
-/// What the focus can be on without a name that a screen reader could say: roles and places.
+/// Returns focusable controls without a name for screen readers: roles and places.
 fn nameless(harness: &Harness<'_, Viewer>) -> Vec<String> {
     let nodes = harness.root().children_recursive();
     let without = nodes.filter(|node| {

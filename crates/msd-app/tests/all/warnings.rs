@@ -1,5 +1,5 @@
-//! Warnings and results of `msd run`: energy that an integrator adds, and what a solve leaves. And
-//! findings of each kind, which the window has in the same words.
+//! Warnings and results of `msd run`: energy added by an integrator, and residuals of solves. Each
+//! kind of finding, which the window reports in the same words.
 
 use crate::common::{folder, msd, outcome, parse, text};
 use msd_app::session::Session;
@@ -57,7 +57,7 @@ fn energy_of_bounces_that_dampers_dissipate_is_a_field() {
     let change = told["imbalance"].as_f64().expect("a number");
     assert!((3e3..5e3).contains(&change), "{change}");
     assert!(!text(&output.stderr).contains("total energy"), "less than a tenth");
-    // Near the limit of stability they add more than a tenth.
+    // Near the limit of stability, the bounces add more than a tenth.
     let run = ["run", "dice", "--substeps", "10", "--duration", "3", "--json"];
     let output = outcome(msd(folder.path(), &run));
     let told = parse(&text(&output.stdout));
@@ -76,11 +76,11 @@ fn the_work_of_a_moving_pin_is_a_part_of_the_balance() {
     let told = parse(&text(&outcome(msd(folder.path(), &arguments)).stdout));
     let [imbalance, supplied] =
         [&told["imbalance"], &told["energy"]["supplied"]].map(|value| value.as_f64().unwrap());
-    // Velocity Verlet is off by a part of (h w)², with w² = 50 / 1 and h = 1/60.
+    // The error of velocity Verlet is of order (h w)², with w² = 50 / 1 and h = 1/60.
     assert!(0.0 < supplied && imbalance.abs() < 50.0 / 3600.0 * supplied, "{told}");
 }
 
-/// A rope that hangs level from one end, of this stiffness.
+/// Returns a horizontal rope that hangs from one end, of this stiffness.
 fn rope(stiffness: &str) -> String {
     format!(
         "version = 1\n[[bodies]]\nkind = \"rope\"\nsize = [5]\nstiffness = {stiffness}\n\
@@ -155,8 +155,8 @@ const STILL: &str = "[world]\ngravity = [0, 0, 0]\n";
 const ROPE: &str = "[[bodies]]\nkind = \"rope\"\ndamping = 0\n";
 const HUNG: &str = "[[pins]]\nbody = 0\nparticle = 0\n";
 
-/// For each kind of finding a scene in which `msd run` and the window find it, and how many steps
-/// it takes.
+/// Returns a scene for each kind of finding, in which `msd run` and the window find it, with the
+/// number of steps until then.
 fn cases() -> Vec<(&'static str, u32, String)> {
     let solver = |keys: &str| format!("version = 1\n[solver]\n{keys}\n");
     let sheet = "[[bodies]]\nkind = \"cloth\"\nsize = [3, 3]\ntouch = {}\n";

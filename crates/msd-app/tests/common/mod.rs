@@ -1,4 +1,4 @@
-//! Shared by the tests of the command line: the real program, run as a person would.
+//! Helpers of the tests of the command line: the real program, run as a user would.
 #![allow(dead_code)] // each test binary uses its own part of this file
 
 use serde_json::Value;
@@ -6,13 +6,13 @@ use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-/// The program in a folder, which logs nothing. Without a folder of the session graphics drivers
-/// have something to complain about on the standard error.
+/// Returns the program in a folder, without a log. It lacks `XDG_RUNTIME_DIR`, about which graphics
+/// drivers complain on standard error.
 pub fn msd(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
     command.current_dir(folder).args(arguments);
     command.env_remove("RUST_LOG").env_remove("XDG_RUNTIME_DIR");
-    // What the user of this machine prefers is nothing to a test.
+    // A test must not depend on the preferences of the user.
     command.env("MSD_PREFERENCES", "");
     command
 }
@@ -22,7 +22,7 @@ pub fn outcome(mut command: Command) -> Output {
     command.output().expect("msd starts")
 }
 
-/// What a run says that must succeed, with whatever notes on the standard error.
+/// Returns the output of a run that must succeed, with any messages on standard error.
 pub fn done(command: Command) -> String {
     let what = format!("{command:?}");
     let output = outcome(command);
@@ -30,7 +30,7 @@ pub fn done(command: Command) -> String {
     text(&output.stdout)
 }
 
-/// What a run says that must succeed without a word on the standard error.
+/// Returns the output of a run that must succeed with empty standard error.
 pub fn quiet(command: Command) -> String {
     let what = format!("{command:?}");
     let output = outcome(command);
@@ -39,13 +39,13 @@ pub fn quiet(command: Command) -> String {
     text(&output.stdout)
 }
 
-/// What a run reports as JSON that must succeed without a word on the standard error.
+/// Returns the JSON report of a run that must succeed with empty standard error.
 pub fn json(mut command: Command) -> Value {
     command.arg("--json");
     parse(&quiet(command))
 }
 
-/// The one line in which a run is refused, which must end with this exit code and say no more.
+/// Returns the only line of a refused run, which must end with this exit code.
 pub fn refused(command: Command, code: i32) -> String {
     let what = format!("{command:?}");
     let output = outcome(command);
@@ -67,7 +67,7 @@ pub fn folder() -> TempDir {
     tempfile::tempdir().expect("a folder")
 }
 
-/// The names of what is in a folder, in order.
+/// Returns the sorted names of the files in a folder.
 pub fn names(folder: &Path) -> Vec<String> {
     let entries = folder.read_dir().expect("a folder").flatten();
     let mut names: Vec<String> =

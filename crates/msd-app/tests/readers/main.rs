@@ -1,5 +1,5 @@
-//! Files of `msd export` and `msd run --out`, read back by programs that are not ours: numpy,
-//! Arrow, VTK, Blender and the validator of glTF, which `scripts/readers.sh` installs.
+//! Files of `msd export` and `msd run --out`, read back by other programs: numpy, Arrow, VTK,
+//! Blender and the glTF validator, which `scripts/readers.sh` installs.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -46,7 +46,7 @@ body = 'sheet'
 set = 'first'
 ";
 
-/// The programs, where they are installed.
+/// Returns the folder of the programs, if they are installed.
 fn readers() -> Option<PathBuf> {
     let target = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/readers");
     let named = std::env::var_os("MSD_READERS").map(PathBuf::from);

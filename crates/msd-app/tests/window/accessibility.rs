@@ -1,17 +1,17 @@
-//! The window as a screen reader finds it, through AT-SPI, on a bus of its own.
+//! The window as a screen reader sees it, through AT-SPI, on a separate bus.
 //!
-//! Needs dbus-daemon, at-spi2-core and Python with its bindings to AT-SPI besides.
+//! Also needs dbus-daemon, at-spi2-core and Python with its bindings to AT-SPI.
 
 use super::desk::{desk_with, if_there};
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use tempfile::TempDir;
 
-/// The interpreter that has the bindings, whatever else is on the path.
+/// The interpreter with the bindings, independently of the path.
 const PYTHON: &str = "/usr/bin/python3";
 const WALK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/window/walk.py");
 
-/// A message bus with nobody else on it.
+/// A message bus without other clients.
 struct Bus {
     address: String,
     daemon: Child,
@@ -26,7 +26,7 @@ impl Drop for Bus {
 }
 
 impl Bus {
-    /// Starts one, or says what is missing.
+    /// Starts a bus, or returns what is missing.
     fn open() -> Result<Bus, String> {
         let bindings = "import gi; gi.require_version('Atspi', '2.0')";
         let found = Command::new(PYTHON).args(["-c", bindings]).stderr(Stdio::null()).status();
@@ -36,7 +36,7 @@ impl Bus {
         let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
         let mut daemon = Command::new("dbus-daemon")
             .args(["--session", "--nofork", "--print-address=1"])
-            // Where the bus of accessibility, which this one starts, keeps its socket.
+            // The accessibility bus, which this one starts, keeps its socket there.
             .env("XDG_RUNTIME_DIR", folder.path())
             .env_remove("DISPLAY")
             .stdout(Stdio::piped())
@@ -51,7 +51,7 @@ impl Bus {
     }
 
     /// Walks through all windows on the bus, presses Pause and sets the stiffness to 5000; returns
-    /// what there was: role, name, and whether the focus can be on it.
+    /// the controls: role, name, and whether they are focusable.
     fn walk(&self) -> Vec<(String, String, bool)> {
         let walked = Command::new(PYTHON)
             .arg(WALK)

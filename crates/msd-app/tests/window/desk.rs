@@ -9,7 +9,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// A software renderer on a busy machine draws a few frames per second.
+/// A software renderer on a busy machine renders a few frames per second.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A virtual display with the window on it.
@@ -17,10 +17,10 @@ pub struct Desk {
     pub display: String,
     pub status: PathBuf,
     pub xvfb: Child,
-    /// Where the program is started.
+    /// Working directory of the program.
     pub folder: TempDir,
     window: Option<Child>,
-    /// What `msd` is asked to view; nothing for `msd` alone.
+    /// Argument of `msd view`; empty for `msd` alone.
     pub scene: &'static str,
     environment: Vec<(&'static str, String)>,
 }
@@ -40,7 +40,7 @@ fn is_installed(program: &str) -> bool {
 }
 
 impl Desk {
-    /// Opens a scene in the window on a screen of this size, or says why it cannot be.
+    /// Opens a scene in the window on a screen of this size, or returns why that failed.
     fn open(
         screen: &str,
         scene: &'static str,
@@ -77,7 +77,7 @@ impl Desk {
             .args(["view", self.scene].into_iter().filter(|_| !self.scene.is_empty()))
             .current_dir(&self.folder)
             .env("DISPLAY", &self.display)
-            // Left over from another session: no such display is there any more.
+            // A leftover of another session: this display no longer exists.
             .env("WAYLAND_DISPLAY", "wayland-gone")
             .env_remove("WAYLAND_SOCKET")
             .env("XDG_RUNTIME_DIR", self.folder.path())
@@ -93,7 +93,7 @@ impl Desk {
             if let Ok(Some(_)) = window.try_wait() {
                 let mut text = String::new();
                 window.stderr.take().map(|mut pipe| pipe.read_to_string(&mut text));
-                // Two lines tell what the machine lacks; all else is a fault of ours.
+                // Two lines explain what the machine lacks; any other exit fails the test.
                 assert!(text.contains("no graphics adapter"), "the window closed: {text}");
                 return Err(text);
             }
@@ -106,7 +106,7 @@ impl Desk {
         panic!("no frame was drawn")
     }
 
-    /// Ends the window by its key, and opens another scene, or what `msd` alone opens.
+    /// Closes the window with its shortcut, and opens another scene, or the default of `msd`.
     pub fn open_next(&mut self, scene: &'static str) {
         self.xdotool("key ctrl+q");
         assert_eq!(self.end().0, Some(0));
@@ -115,7 +115,7 @@ impl Desk {
         self.start().expect("another window");
     }
 
-    /// Waits for the window to end; returns its exit code and what it said.
+    /// Waits for the window to end; returns its exit code and its messages.
     pub fn end(&mut self) -> (Option<i32>, String) {
         let Some(mut window) = self.window.take() else { panic!("the window is gone") };
         let start = Instant::now();
@@ -131,7 +131,7 @@ impl Desk {
         (status.code(), told)
     }
 
-    /// Presses a key that may end the window.
+    /// Presses a key that may close the window.
     pub fn key(&self, name: &str) {
         let mut command = Command::new("xdotool");
         command.args(["key", name]).env("DISPLAY", &self.display);
@@ -144,11 +144,11 @@ impl Desk {
         command.args(arguments.split_whitespace()).env("DISPLAY", &self.display);
         let status = command.status().expect("xdotool is installed");
         assert!(status.success(), "xdotool {arguments} failed");
-        // Two events in one frame are one event: a press and a jump would be a drag.
+        // Two events in one frame would merge: a press and a jump would be a drag.
         self.settle();
     }
 
-    /// Waits until a frame was drawn after now, or, paused, until none is coming.
+    /// Waits for the next frame or, while paused, until no frame follows.
     pub fn settle(&self) {
         let before = self.last()["frame"].as_u64();
         let start = Instant::now();
@@ -158,7 +158,7 @@ impl Desk {
         sleep(Duration::from_millis(20));
     }
 
-    /// The last whole line of the report.
+    /// Returns the last complete line of the report.
     pub fn last(&self) -> Value {
         let read = || -> std::io::Result<String> {
             let mut file = File::open(&self.status)?;
@@ -174,15 +174,15 @@ impl Desk {
         serde_json::from_str(line).unwrap_or(Value::Null)
     }
 
-    /// The report of a frame.
+    /// Returns the report of a frame.
     pub fn frame(&self, number: u64) -> Value {
         let text = std::fs::read_to_string(&self.status).expect("the report");
         let mut reports = text.lines().filter_map(|line| serde_json::from_str(line).ok());
         reports.find(|report: &Value| report["frame"] == number).expect("the frame")
     }
 
-    /// What the threads of the window wait for, each by its name: a place in the kernel, and the
-    /// number of a system call. Where no frame comes, it tells sleep from a lock.
+    /// Returns the wait channel and the system call of each thread of the window, by name. They
+    /// show whether a hanging window sleeps or waits for a lock.
     fn threads(&self) -> String {
         let Some(window) = &self.window else { return "gone".into() };
         let folder = format!("/proc/{}/task", window.id());
@@ -200,7 +200,7 @@ impl Desk {
         let start = Instant::now();
         loop {
             let last = self.last();
-            // Read before it is whole: that something is missing means nothing then.
+            // A partially read line may lack keys.
             if !last.is_null() && condition(&last) {
                 return last;
             }
@@ -244,12 +244,12 @@ pub fn distance<const N: usize>(a: [f64; N], b: [f64; N]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 
-/// A desk with `jelly` in the window, unless there can be none here.
+/// Opens a desk with `jelly` in the window, if the machine allows it.
 pub fn desk(screen: &str) -> Option<Desk> {
     desk_with(screen, "jelly", &[])
 }
 
-/// A desk with a scene in the window, which is started in an environment.
+/// Opens a desk with a scene in the window, with environment variables.
 pub fn desk_with(
     screen: &str,
     scene: &'static str,
@@ -258,7 +258,7 @@ pub fn desk_with(
     if_there(Desk::open(screen, scene, environment))
 }
 
-/// What a test needs, unless this machine lacks it and need not have it.
+/// Returns what a test needs, or `None` if this machine lacks it and is allowed to.
 pub fn if_there<T>(found: Result<T, String>) -> Option<T> {
     match found {
         Ok(found) => Some(found),

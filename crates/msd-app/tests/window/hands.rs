@@ -1,4 +1,4 @@
-//! Hands on the scene: a box around what to grab, the wind, a dropped file, the guide.
+//! User input in the scene: a box selection, the wind, a dropped file, the tour.
 
 use super::desk::{Desk, desk, desk_with, distance, numbers};
 use super::x11::drop_file;
@@ -47,7 +47,7 @@ fn wind_drives_the_body_along(desk: &Desk) {
     let y = top + 0.5 * height;
     desk.drag(1, [left + 6.0, y], [left + 84.0, y]);
     let blown = desk.wait("it blows", |now| now["wind"].as_f64().is_some_and(|wind| 1.0 < wind));
-    // The camera follows the middle of everything; the wind blows along x.
+    // The camera follows the centre of the scene; the wind blows along x.
     let along = |now: &serde_json::Value| now["camera"]["target"][0].as_f64().unwrap_or(0.0);
     desk.wait("the body goes along", |now| along(&blown) + 0.5 < along(now));
 }

@@ -1,4 +1,4 @@
-//! A window that is hidden and comes back, and one on a screen of fine pixels.
+//! A window that is hidden and shown again, and one on a high-resolution screen.
 
 use super::desk::{Desk, PATIENCE, desk, desk_with, numbers};
 use super::x11::{Cover, Desktop};
@@ -23,7 +23,7 @@ fn a_hidden_window_rests_and_catches_up_with_nothing() {
     let first = desk.frame(next.expect("a frame"));
     assert!(steps(&first) <= steps(&before) + 1, "what it missed: {first}");
     desk.wait("it goes on", |now| steps(&first) + 3 < steps(now));
-    // Taken off the screen, as a window manager does that minimises it, and put back.
+    // Unmapped, as by a window manager that minimises it, and mapped again.
     desk.xdotool("search --onlyvisible --name ^msd windowunmap --sync");
     sleep(Duration::from_secs(1));
     let away = desk.last();
@@ -33,7 +33,7 @@ fn a_hidden_window_rests_and_catches_up_with_nothing() {
     desk.wait("keys act", |now| now["paused"] == true);
 }
 
-/// The last report once none follows for a while.
+/// Returns the last report once none follows for a while.
 fn rested(desk: &Desk) -> serde_json::Value {
     let start = Instant::now();
     loop {
@@ -52,7 +52,7 @@ fn fine_pixels_make_everything_as_much_larger() {
     let Some(desk) = desk_with("1400x900x24", "jelly", &scale) else { return };
     let start = desk.wait("it is laid out", |now| !now["landmarks"]["pause"].is_null());
     assert_eq!(start["pixels_per_point"], 2.0);
-    // 70 points wide at least.
+    // At least 70 points wide.
     let [left, top, width, height]: [f64; 4] = numbers(&start["landmarks"]["pause"]);
     assert!(140.0 <= width, "{start}");
     assert!(left + width <= 1400.0 && top + height <= 900.0, "{start}");
@@ -79,7 +79,7 @@ fn a_scale_that_changes_while_it_runs_is_followed() {
     let fine = desk.wait("points are larger", |now| {
         now["pixels_per_point"] == 1.5 && (width(now) - 1400.0).abs() < 2.0
     });
-    // The window would be half as large again, and half out of the screen.
+    // Without a limit, the window would grow by a half, and leave the screen.
     let [left, top, width, height] = area(&fine, "pause");
     assert!(1.4 * area(&start, "pause")[2] < width, "{fine}");
     assert!(left + width <= 1400.0 && top + height <= 900.0, "{fine}");

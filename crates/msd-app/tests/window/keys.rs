@@ -1,4 +1,4 @@
-//! Keys on the scene and on the window: pins, steps, undo, the camera, the focus, files.
+//! Keys for the scene and the window: pins, steps, undo, the camera, the focus, files.
 
 use super::desk::{Desk, desk_with, distance, if_there, numbers};
 use super::x11::clipboard;
@@ -14,7 +14,7 @@ fn steps(now: &Value) -> u64 {
 #[test]
 fn keys_act_on_the_scene_the_camera_and_the_window() {
     let Some(desk) = desk_with("1280x800x24", "jelly", &[]) else { return };
-    // The motions below are told from those of a body.
+    // So that the motions below differ from those of a body at rest.
     desk.wait("it runs", |now| 6 < steps(now));
     desk.xdotool("key space");
     desk.wait("it pauses", |now| now["paused"] == true);
@@ -50,7 +50,7 @@ fn p_pins_what_can_be_undone_and_dragged(desk: &Desk) {
     assert_eq!(undone["past"]["redo"], "pin", "{undone}");
     desk.xdotool("key ctrl+shift+z");
     desk.wait("with Shift it is pinned again", |now| now["pins"] == 1);
-    // A pin goes where it is dragged, while time passes, and stays there.
+    // A dragged pin moves while time passes, and stays there.
     desk.xdotool("mousedown 1");
     let held = desk.wait("the press takes the pin", |now| !now["held"].is_null());
     desk.xdotool("key space");
@@ -78,7 +78,7 @@ fn drags_move_the_camera_sideways(desk: &Desk) {
     desk.xdotool("keyup shift");
     let moved = desk.wait("a Shift drag moves", |now| target(now) != target(&start));
     desk.drag(2, to, from);
-    // Back over the same way, but for what the camera follows meanwhile.
+    // Back over the same way, except for the motion of the following camera.
     let back = desk.wait("a middle drag moves", |now| target(now) != target(&moved));
     let [there, here] = [&moved, &back].map(|now| distance(target(now), target(&start)));
     assert!(here < 0.5 * there, "{here} m of {there} m");
@@ -140,7 +140,7 @@ fn f11_asks_for_the_full_screen(desk: &Desk) {
 fn a_window_manager_gives_the_whole_screen_and_takes_it_back() {
     let Some(desk) = desk_with("1500x950x24", "chain", &[]) else { return };
     let Some(_manager) = if_there(Manager::on(&desk)) else { return };
-    // What is drawn, between the edges of the panels.
+    // The width of the view with the right panel.
     let width = |now: &Value| {
         let [left, _, width, _]: [f64; 4] = numbers(&now["view"]);
         left + width + 292.0
@@ -162,7 +162,7 @@ impl Manager {
         command.env("DISPLAY", &desk.display).env("HOME", desk.folder.path());
         let spawned = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn();
         let manager = spawned.map_err(|error| format!("blackbox does not start: {error}"))?;
-        // Refused until it is there and has put the window into its frame.
+        // Fails until the manager runs and has framed the window.
         let activate = "search --onlyvisible --name ^msd: windowactivate --sync";
         for _ in 0..60 {
             let mut command = Command::new("xdotool");
@@ -196,17 +196,17 @@ fn runs_scenes_recordings_and_commands_are_kept_and_can_be_had_again() {
 fn a_button_films_what_was_seen_while_the_run_goes_on(desk: &Desk) {
     desk.xdotool("key space");
     let runs = desk.wait("it runs", |now| now["paused"] == false);
-    // Down to where the buttons are.
+    // Down to the buttons.
     desk.move_to([80.0, 600.0]);
     (0..10).for_each(|_| desk.xdotool("click 5"));
-    // What is filmed is short then.
+    // The film is short then.
     desk.xdotool("key r");
     desk.wait("it starts again", |now| steps(now) < steps(&runs));
     desk.click("Film");
     let begun = desk.wait("a film is made", |now| now["filming"].is_u64());
     desk.wait("frames are written", |now| 0 < now["filming"].as_u64().unwrap_or(0));
     desk.wait("the run goes on meanwhile", |now| steps(&begun) < steps(now));
-    // A whole film takes minutes where many programs run: how one ends is tested without a window.
+    // A whole film takes minutes on a busy machine: a test without a window covers its end.
     desk.click("cancel film");
     let ended = desk.wait("it has ended", |now| now["filming"].is_null());
     let told = ended["note"].as_str().unwrap_or_default();
@@ -216,7 +216,7 @@ fn a_button_films_what_was_seen_while_the_run_goes_on(desk: &Desk) {
     assert_eq!(parts, 0);
 }
 
-/// Runs `msd` in the folder of the desk; returns what it said.
+/// Runs `msd` in the folder of the desk; returns its messages.
 fn msd(desk: &Desk, arguments: &[&str]) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
     let ran = command.args(arguments).current_dir(&desk.folder).output().expect("it starts");
@@ -238,7 +238,7 @@ fn a_recording_says_its_file_and_is_replayed(desk: &Desk) {
     let ended = desk.wait("F9 ends it", |now| now["recording"].is_null());
     let note = ended["note"].as_str().expect("a note");
     let command = note.strip_prefix("recorded; to see it again: msd ").expect(note);
-    // The line of the note, as a user types it.
+    // The line of the note, as a user would type it.
     let words: Vec<&str> = command.split(' ').collect();
     assert_eq!(words, ["run", "--replay", &file]);
     let told: Value =

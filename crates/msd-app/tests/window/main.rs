@@ -1,9 +1,8 @@
-//! The window through real input: a virtual display, a synthetic mouse and keyboard, and the
-//! simulation behind it, which the window reports line by line (see `MSD_STATUS` of
-//! `msd_app::view_as`).
+//! The window with real input: a virtual display, a synthetic mouse and keyboard. The window
+//! reports its simulation line by line (see `MSD_STATUS` of `msd_app::view_as`).
 //!
-//! Needs Xvfb, xdotool and a Vulkan driver (`mesa-vulkan-drivers` will do). Where one is missing
-//! the test says so and passes, unless `MSD_REQUIRE_WINDOW` is set.
+//! Needs Xvfb, xdotool and a Vulkan driver (`mesa-vulkan-drivers` is enough). If one is missing,
+//! the test prints that and passes, unless `MSD_REQUIRE_WINDOW` is set.
 #![cfg(target_os = "linux")]
 
 #[cfg(feature = "accessibility")]
@@ -24,8 +23,8 @@ use std::time::Duration;
 
 #[test]
 fn a_small_screen_holds_the_window_which_is_remembered() {
-    // Twice in twelve runs no frame came after the first pause, for a minute. Why is not known yet:
-    // a second try is told.
+    // In about one of six runs no frame comes after the first pause, for an unknown reason. The
+    // test reports a second try.
     if std::panic::catch_unwind(hold_a_small_screen).is_err() {
         eprintln!("window: SECOND TRY: no frame came after a pause on a small screen");
         hold_a_small_screen();
@@ -50,7 +49,7 @@ fn hold_a_small_screen() {
     assert!(cut["springs"].as_u64() < before["springs"].as_u64());
     assert_eq!(cut["camera"]["yaw"], before["camera"]["yaw"], "a stroke turns nothing");
     desk.xdotool("key Escape");
-    // A key that hides and one that turns.
+    // A key that hides the panels and one that turns the camera.
     desk.xdotool("key h");
     let wide = desk.wait("H hides the panels", |now| now["view"] != start["view"]);
     let [.., width, _]: [f64; 4] = numbers(&wide["view"]);
@@ -66,7 +65,7 @@ fn hold_a_small_screen() {
     assert_eq!(again["view"], wide["view"], "and that the panels are hidden");
     desk.xdotool("key ctrl+q");
     assert_eq!(desk.end().0, Some(0));
-    // Damaged preferences are no reason not to start.
+    // Damaged preferences must not prevent a start.
     std::fs::write(desk.folder.path().join("preferences.json"), "{").expect("a file");
     std::fs::remove_file(&desk.status).expect("the report of before");
     desk.start().expect("a third window");
@@ -83,7 +82,7 @@ fn msd_alone_opens_the_last_scene_or_the_first_where_there_is_none() {
     desk.wait("what was asked for", is("cloth"));
     desk.open_next("");
     desk.wait("the last scene", is("cloth"));
-    // A file is remembered like a built-in scene, until it is gone.
+    // The window remembers a file like a built-in scene, while it exists.
     let file = desk.folder.path().join("own.toml");
     let text = "version = 1\n[[bodies]]\nkind = \"rope\"\nsize = [5]\n";
     std::fs::write(&file, text).expect("a file");
@@ -114,7 +113,7 @@ fn space_pauses(desk: &Desk) {
     desk.xdotool("key space");
     let paused = desk.wait("Space pauses", |now| now["paused"] == true);
     sleep(Duration::from_millis(400));
-    // A paused window draws only when something happens: make it draw.
+    // A paused window renders only after events: cause one.
     desk.move_to([600.0, 100.0]);
     assert_eq!(desk.last()["steps"], paused["steps"], "no step is taken while paused");
 }
@@ -172,7 +171,7 @@ fn keys_and_drags_change_the_view(desk: &Desk) {
     desk.xdotool("key 3");
     let third = msd_app::catalogue().entries[2].name;
     desk.wait("3 opens the third scene", |now| now["scene"] == third);
-    // Fails where no window has that title; a dot stands for the space.
+    // Fails if no window has that title; a dot stands for the space.
     desk.xdotool(&format!("search --onlyvisible --name ^msd:.{third}$"));
     let steps = |now: &Value| now["steps"].as_u64().unwrap_or(0);
     // Enough steps that a slow frame after the restart has fewer.
@@ -184,14 +183,14 @@ fn keys_and_drags_change_the_view(desk: &Desk) {
 fn a_run_that_blows_up_is_mended_by_a_click(desk: &Desk) {
     desk.xdotool("key 1");
     let first = msd_app::catalogue().entries[0].name;
-    // The sliders of the scene before may stand elsewhere.
+    // The sliders of the previous scene may have other positions.
     let sound = desk.wait("the first scene runs", |now| {
         let is_sound = now["stability"].as_f64().is_some_and(|share| share < 1.0);
         is_sound && now["scene"] == first && now["paused"] == false
     });
     let [left, top, width, height]: [f64; 4] = numbers(&sound["landmarks"]["stiffness"]);
     let y = top + 0.5 * height;
-    // Once stiff, never the share of the soft springs again: nothing, or one over the limit.
+    // Once stiff, it must not show the share of the soft springs: null, or over the limit.
     desk.drag(1, [left + 30.0, y], [left + width, y]);
     let stiff = desk.wait("k is huge", |now| now["stiffness"].as_f64().is_some_and(|k| 1e5 < k));
     assert!(stiff["stability"].as_f64().is_none_or(|share| 1.0 < share), "{stiff}");
@@ -236,7 +235,7 @@ fn a_display_that_goes_away_takes_nothing_with_it(desk: &mut Desk) {
     let before = desk.wait("it runs", |now| steps(&begun) + 20 < steps(now));
     let turned = [300.0, 420.0].map(|x| [x, 120.0]);
     desk.drag(3, turned[0], turned[1]);
-    // Keys come after all of the drag.
+    // The key is pressed after the whole drag.
     desk.xdotool("key space");
     let still = desk.wait("it pauses", |now| now["paused"] == true);
     let yaw = still["camera"]["yaw"].as_f64().expect("an angle");
@@ -244,7 +243,7 @@ fn a_display_that_goes_away_takes_nothing_with_it(desk: &mut Desk) {
     desk.wait("it goes on", |now| now["paused"] == false);
     desk.xvfb.kill().expect("it is our child");
     let (code, told) = desk.end();
-    // The library of X11 and msd say a line each.
+    // The X11 library and msd print a line each.
     assert_eq!((code, told.lines().count()), (Some(1), 2), "{told}");
     assert!(told.contains(&desk.display) && !told.contains("panicked"), "{told}");
     let named = told.split("msd view ").nth(1).expect("a saved run").trim();

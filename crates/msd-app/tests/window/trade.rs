@@ -1,5 +1,5 @@
-//! The trade in the window: the timeline, the twin, the slider from fast to accurate, a wish, the
-//! gallery.
+//! The trade-off in the window: the timeline, the twin, the slider from fast to accurate, a search,
+//! the gallery.
 
 use super::desk::{Desk, desk_with, numbers};
 use serde_json::Value;
@@ -8,7 +8,7 @@ fn steps(now: &Value) -> u64 {
     now["steps"].as_u64().unwrap_or(0)
 }
 
-/// A part of a landmark, from the left, in the middle of its height.
+/// Returns a point at a fraction of the width of a landmark, in the middle of its height.
 fn across(now: &Value, landmark: &str, part: f64) -> [f64; 2] {
     let [left, top, width, height]: [f64; 4] = numbers(&now["landmarks"][landmark]);
     [left + part * width, top + 0.5 * height]
@@ -39,7 +39,7 @@ fn the_timeline_spans_the_window_and_the_run_goes_on_from_any_point(desk: &Desk)
         steps(&paused),
         "{back}"
     );
-    // Scrubbed on, and back to where it was.
+    // Dragged forward, and back to the same place.
     desk.drag(1, across(&back, "timeline", 0.5), across(&back, "timeline", 0.75));
     let later = desk.wait("it looks ahead", |now| steps(&back) < steps(now));
     assert!(steps(&later) < steps(&paused), "{later}");
@@ -90,7 +90,7 @@ fn a_wish_is_searched_for_unless_esc_takes_it_back(desk: &Desk) {
 
 fn a_search_is_ended_by_its_button(desk: &Desk) {
     let before = desk.wait("it is done", |now| now["landmarks"]["stop"].is_null());
-    // At rest it lasts.
+    // While paused it does not end by itself.
     desk.click("rest");
     desk.click("within");
     desk.wait("the field has the keyboard", |now| now["focus"] == true);

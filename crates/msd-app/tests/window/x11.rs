@@ -1,4 +1,4 @@
-//! Another program of the desktop: it drops a file, pastes, covers the screen, takes a picture.
+//! Another program of the desktop: it drops a file, pastes, covers the screen, takes a screenshot.
 
 use super::desk::PATIENCE;
 use std::path::Path;
@@ -13,7 +13,7 @@ use x11rb::protocol::xproto::{
 use x11rb::rust_connection::RustConnection;
 use x11rb::wrapper::ConnectionExt as _;
 
-/// A connection to a display, with its root.
+/// Connects to a display; returns its root too.
 fn connect(display: &str) -> (RustConnection, Window) {
     let (connection, screen) = x11rb::connect(Some(display)).expect("the display");
     let root = connection.setup().roots[screen].root;
@@ -25,7 +25,7 @@ fn atom(connection: &RustConnection, name: &str) -> u32 {
     asked.reply().expect("an atom").atom
 }
 
-/// A new window of this size that no window manager touches.
+/// Creates a window of this size that window managers ignore.
 fn window(connection: &RustConnection, root: Window, size: [u16; 2]) -> Window {
     let window = connection.generate_id().expect("a number");
     let own = CreateWindowAux::new().override_redirect(1).background_pixel(0);
@@ -36,7 +36,7 @@ fn window(connection: &RustConnection, root: Window, size: [u16; 2]) -> Window {
     window
 }
 
-/// Drops a file onto the window that takes such: the messages of XDND, version 5.
+/// Drops a file onto the window that accepts it: the messages of XDND, version 5.
 pub fn drop_file(display: &str, file: &Path) {
     let (connection, root) = connect(display);
     let atom = |name: &str| atom(&connection, name);
@@ -78,7 +78,7 @@ pub fn drop_file(display: &str, file: &Path) {
     });
 }
 
-/// The window that files can be dropped onto.
+/// Returns the window that accepts dropped files.
 fn target(connection: &RustConnection, root: Window) -> Window {
     let aware = atom(connection, "XdndAware");
     let tree = connection.query_tree(root).expect("the display").reply().expect("windows");
@@ -104,7 +104,7 @@ fn wait<T>(connection: &RustConnection, wanted: impl Fn(Event) -> Option<T>) -> 
     panic!("the window does not answer")
 }
 
-/// What is on the clipboard, as text.
+/// Returns the text on the clipboard.
 pub fn clipboard(display: &str) -> String {
     let (connection, root) = connect(display);
     let atom = |name: &str| atom(&connection, name);
@@ -137,14 +137,14 @@ impl Cover {
     }
 }
 
-/// The program of a desktop that tells the others how fine its pixels are (XSETTINGS).
+/// The program of a desktop that publishes the pixel density (XSETTINGS).
 pub struct Desktop {
     connection: RustConnection,
     window: Window,
 }
 
 impl Desktop {
-    /// Begins before a program starts that is to hear of it.
+    /// Starts before the program that reads the setting.
     pub fn over(display: &str) -> Self {
         let (connection, root) = connect(display);
         let window = window(&connection, root, [1, 1]);
@@ -156,10 +156,10 @@ impl Desktop {
         desktop
     }
 
-    /// Makes a point so many pixels.
+    /// Sets the pixels per point.
     pub fn scale(&self, factor: f64) {
         let settings = atom(&self.connection, "_XSETTINGS_SETTINGS");
-        // In the order of this machine's bytes: a serial number, one setting, which is a number.
+        // In the byte order of this machine: a serial number, one setting, which is a number.
         let order = u32::from(cfg!(target_endian = "big")).to_le_bytes();
         let name = b"Xft/DPI\0";
         let kind = [&[0, 0][..], &7u16.to_ne_bytes()].concat();
@@ -178,14 +178,14 @@ impl Desktop {
     }
 }
 
-/// What a screen shows.
+/// A screenshot.
 pub struct Picture {
     width: usize,
     bytes: Vec<u8>,
 }
 
 impl Picture {
-    /// Blue, green and red at a place.
+    /// Returns blue, green and red of a pixel.
     pub fn pixel(&self, [x, y]: [usize; 2]) -> &[u8] {
         let start = 4 * (y * self.width + x);
         &self.bytes[start..start + 3]

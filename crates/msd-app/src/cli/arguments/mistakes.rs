@@ -1,4 +1,4 @@
-//! Help, and mistakes on the command line explained in a line.
+//! Help, and one-line explanations of mistakes on the command line.
 
 use super::Arguments;
 use crate::cli::failure::{Failure, say};
@@ -8,17 +8,17 @@ use msd_scene::keys::Form;
 use msd_scene::schema::{SceneFile, find};
 use msd_scene::{nearest, tame};
 
-/// Prints the help that was asked for, or says in one line what is wrong with the arguments.
+/// Prints the requested help, or a line on the mistake in the arguments.
 pub fn explain(error: &clap::Error) -> Result<(), Failure> {
     if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
         return say(error.to_string().trim_end());
     }
     let program = Arguments::command();
-    // `args` panics on what is no Unicode; a file may have any name.
+    // `args` panics on text that is not Unicode; a file may have any name.
     let first = std::env::args_os().nth(1).unwrap_or_default();
     let first = first.to_string_lossy();
     let command = program.get_subcommands().find(|command| command.get_name() == first);
-    // A misspelt command is taken for the scene of the window, and what follows it for too much.
+    // clap takes a misspelt command for SCENE, and the next argument for a superfluous one.
     let too_much = matches!(error.kind(), ErrorKind::UnknownArgument | ErrorKind::ArgumentConflict);
     let names: Vec<&str> = program.get_subcommands().map(Command::get_name).collect();
     let mistaken = too_much && command.is_none() && !first.starts_with('-');
@@ -35,8 +35,8 @@ pub fn explain(error: &clap::Error) -> Result<(), Failure> {
     Err(Failure::input(format!("{}; see msd --help", tame(&message))))
 }
 
-/// What to write instead of an option that a command, or the window, does not have; `None` for
-/// another mistake.
+/// Suggests a replacement for an unknown option of a command or the window; `None` for another
+/// mistake.
 fn unknown_option(
     error: &clap::Error,
     command: Option<&Command>,
@@ -49,7 +49,7 @@ fn unknown_option(
     let key = name.replace('-', "_");
     let paths = SceneFile::TABLE.paths();
     let keys = paths.iter().filter_map(|(path, _)| path.rsplit_once('.'));
-    // Of keys of one name the one nearest to the top of the file; nobody means one far down.
+    // Of keys of one name, the one nearest to the top of the file is the likeliest.
     let known = keys.filter(|(table, last)| *last == key && table.matches('.').count() < 2);
     let known = known.min_by_key(|(table, _)| table.len());
     let options = |command: &Command| -> Vec<String> {
@@ -77,7 +77,7 @@ fn unknown_option(
     Some(format!("there is no option {written}{place}{advice}"))
 }
 
-/// A path with the first row of each list on its way: `bodies.0.mass`.
+/// Returns a path with the first row of each list on its way: `bodies.0.mass`.
 fn first_row(path: &str) -> String {
     let (mut whole, mut rows) = (String::new(), String::new());
     for name in path.split('.') {
@@ -91,7 +91,7 @@ fn first_row(path: &str) -> String {
     rows
 }
 
-/// The message of the argument parser without usage and advice.
+/// Returns the message of the argument parser without usage and advice.
 fn in_one_line(error: &clap::Error) -> String {
     let text = error.to_string();
     let lines = text.lines().take_while(|line| !line.starts_with("Usage:")).map(str::trim);

@@ -47,7 +47,7 @@ pub enum CliCommand {
     View(ViewArguments),
     /// List the built-in scenes
     Scenes(ListArguments),
-    /// List the methods, with what each is for
+    /// List the methods and their purposes
     Methods(ListArguments),
     /// Print the JSON Schema of scene files, for editors and other programs
     Schema,
@@ -57,9 +57,9 @@ pub enum CliCommand {
     Render(RenderArguments),
     /// Run a scene into a file of another program: Blender, ParaView, numpy, glTF
     Export(ExportArguments),
-    /// Print what the bodies of a scene amount to: mass, moduli by direction, stable step
+    /// Print properties of the bodies of a scene: mass, moduli by direction, stable step
     Inspect(InspectArguments),
-    /// Measure what every accuracy costs on a scene, and write a report
+    /// Measure error against cost on a scene, and write a report
     Study(StudyArguments),
     /// Find the fastest setting within an error, or the most accurate within a time budget
     Tune(TuneArguments),
@@ -67,7 +67,7 @@ pub enum CliCommand {
     Sweep(SweepArguments),
     /// Measure the speed of the workloads on which engines are compared
     Bench(BenchArguments),
-    /// Print what a shell needs to complete commands and options
+    /// Print the completion script for a shell
     Completions(CompletionsArguments),
     /// Write the manual pages, one per command
     Manual(ManualArguments),
@@ -114,7 +114,7 @@ pub struct ViewArguments {
     pub solver: SolverArguments,
 }
 
-/// Values that keys of a scene are given in place of its own.
+/// Values that replace those of keys of a scene.
 #[derive(Debug, Default, Args)]
 pub struct SetArguments {
     /// Set a key of the scene as its file would, such as world.gravity=[0,-1.62,0] or
@@ -124,7 +124,7 @@ pub struct SetArguments {
     pub set: Vec<Assignment>,
 }
 
-/// How a scene is stepped; what is left out is as the scene says.
+/// Solver options, which replace those of the scene.
 #[derive(Debug, Default, PartialEq, Args)]
 #[command(next_help_heading = "Solver (default: as in the scene)")]
 pub struct SolverArguments {
@@ -176,7 +176,7 @@ pub struct RunArguments {
     /// Save the run at its end to this file, which can be given as SCENE to continue
     #[arg(long, value_name = "FILE.msd", help_heading = OUTPUT)]
     pub save: Option<PathBuf>,
-    /// Save it also every so much simulated time, seconds
+    /// Simulated time between further saves during the run, seconds
     #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
     #[arg(requires = "save", help_heading = OUTPUT)]
     pub save_every: Option<f64>,
@@ -226,7 +226,7 @@ pub struct ExportArguments {
     /// .vtu per moment), .glb, .npz or .parquet; its end: .obj, .ply, .vtu or .csv
     #[arg(long, value_name = "FILE", required = true, help_heading = OUTPUT)]
     pub to: PathBuf,
-    /// Time from one moment in the file to the next, seconds; a fraction may be written
+    /// Time between two moments in the file, seconds; may be a fraction
     #[arg(long, value_name = "SECONDS", value_parser = interval, allow_hyphen_values = true)]
     #[arg(default_value = "1/30", help_heading = OUTPUT)]
     pub every: f64,
@@ -287,11 +287,11 @@ pub struct RenderArguments {
     /// Draw the edges of the surface
     #[arg(long, help_heading = DRAWN)]
     pub wireframe: bool,
-    /// Let colours stand for a quantity of springs, which are drawn then, or of particles
+    /// Colour by a quantity of springs, which are then drawn, or of particles
     #[arg(long, value_name = "QUANTITY", value_enum, help_heading = DRAWN)]
     pub colour_by: Option<ColourBy>,
     /// End of the scale of the colours, in the unit of the quantity; of a strain 0.2 is 20 %
-    /// [default: what all pictures reach, rounded up; 0.2 of a strain]
+    /// [default: the maximum over all pictures, rounded up; 0.2 of a strain]
     #[arg(long, value_name = "NUMBER", value_parser = positive, allow_hyphen_values = true)]
     #[arg(help_heading = DRAWN)]
     pub full_scale: Option<f64>,
@@ -304,12 +304,12 @@ pub struct RenderArguments {
     /// Leave out the surfaces
     #[arg(long, help_heading = DRAWN)]
     pub no_surfaces: bool,
-    /// Leave out sky, ground and walls: what is behind the bodies is transparent
+    /// Leave out sky, ground and walls: the background is transparent
     #[arg(long, value_name = "none", value_parser = ["none"], help_heading = DRAWN)]
     pub background: Option<String>,
 }
 
-/// What colours stand for in a picture.
+/// Quantity that colours represent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ColourBy {
     /// Strain of springs, %: compressed blue, stretched red
@@ -345,7 +345,7 @@ pub struct StudyArguments {
     #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
     #[arg(default_value = "1")]
     pub duration: f64,
-    /// Error that the advice is about, metres [default: a thousandth of the size of the scene]
+    /// Error for the advice, metres [default: a thousandth of the size of the scene]
     #[arg(long, value_name = "METRES", value_parser = positive, allow_hyphen_values = true)]
     pub max_error: Option<f64>,
     /// Processor time to spend on trials, seconds, not counting the reference
@@ -355,11 +355,11 @@ pub struct StudyArguments {
     /// Write the report to this folder [default: SCENE-study]
     #[arg(long, value_name = "FOLDER", help_heading = OUTPUT)]
     pub out: Option<PathBuf>,
-    /// Measure also what the spacing of the particles costs in accuracy, on finer meshes; --time is
-    /// spent on those as well
+    /// Also measure the error of the spacing of the particles, on finer meshes, which take another
+    /// --time
     #[arg(long)]
     pub mesh: bool,
-    /// Report instead what each part of the model costs, and what it changes
+    /// Report the cost and the effect of each model term instead
     #[arg(long, conflicts_with_all = ["max_error", "time", "out", "fresh", "mesh"])]
     pub terms: bool,
     /// Start afresh instead of resuming an interrupted study
@@ -405,7 +405,7 @@ pub struct TuneArguments {
     pub json: bool,
 }
 
-/// Arguments of `msd sweep`; without a choice of cells all of them are run.
+/// Arguments of `msd sweep`; by default it runs all cells.
 #[derive(Debug, Args)]
 pub struct SweepArguments {
     /// Sweep file: a scene, a duration and the values that keys of the scene take
@@ -437,7 +437,7 @@ pub struct SweepArguments {
     pub json: bool,
 }
 
-/// What `msd bench` steps.
+/// Workloads of `msd bench`.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Work {
     /// A cloth of N x N particles that swings from two corners

@@ -1,4 +1,4 @@
-//! Values of options: read from text, or refused in a few words.
+//! Parsers of the values of options, with short messages.
 
 use crate::cli::steps::Moments;
 use msd_core::{Instructions, Integrator};
@@ -8,7 +8,7 @@ use msd_scene::{Precision, nearest};
 /// The length of an integration step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {
-    /// 0.9 of the longest that is predicted stable.
+    /// 0.9 of the longest step that is predicted to be stable.
     Auto,
     /// Seconds.
     Seconds(f64),
@@ -17,22 +17,22 @@ pub enum Step {
 /// Substeps of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Substeps {
-    /// Chosen from the predicted limit of stability, and renewed as the run goes on.
+    /// Chosen from the predicted limit of stability, and renewed during the run.
     Auto,
-    /// So many.
+    /// A fixed number.
     Count(u32),
 }
 
-/// What is watched of a run.
+/// A choice of particles in the trace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Watched {
     /// Every particle.
     All,
-    /// The particle of this number.
+    /// The particle with this index.
     One(usize),
 }
 
-/// A particle to be watched, or `all`.
+/// Parses the index of a particle, or `all`.
 pub fn watched(text: &str) -> Result<Watched, String> {
     if text == "all" {
         return Ok(Watched::All);
@@ -41,29 +41,29 @@ pub fn watched(text: &str) -> Result<Watched, String> {
     number.map_err(|_| "must be `all` or numbers of particles, as in 0,4".into())
 }
 
-/// Two cells of a sweep, `A-B`.
+/// Parses a range of cells of a sweep, `A-B`.
 pub fn tasks(text: &str) -> Result<(usize, usize), String> {
     let ends = text.split_once('-').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
     let ends = ends.filter(|(a, b)| a <= b);
     ends.ok_or_else(|| "must be A-B, two whole numbers in ascending order, as in 0-99".into())
 }
 
-/// The most threads: far more than any machine has cores.
+/// Largest number of threads: far more than the cores of any machine.
 const MAX_CORES: usize = 4096;
 
-/// The most particles along a side; memory ends long before.
+/// Largest number of particles along a side; memory ends long before.
 const MAX_SIDE: usize = 1_000_000;
 
-/// The most threads that one system is shared among.
+/// Largest number of threads for one system.
 const MAX_THREADS: usize = 1024;
 
-/// A number of cores.
+/// Parses a number of cores.
 pub fn cores(text: &str) -> Result<usize, String> {
     let cores = text.parse().ok().filter(|cores| (1..=MAX_CORES).contains(cores));
     cores.ok_or_else(|| format!("must be a whole number from 1 to {MAX_CORES}"))
 }
 
-/// The name of a method.
+/// Parses the name of a method.
 pub fn integrator(text: &str) -> Result<Integrator, String> {
     text.parse().map_err(|_| {
         let names = Integrator::ALL.map(Integrator::name);
@@ -74,13 +74,13 @@ pub fn integrator(text: &str) -> Result<Integrator, String> {
     })
 }
 
-/// The name of a precision.
+/// Parses the name of a precision.
 pub fn precision(text: &str) -> Result<Precision, String> {
     let known = [Precision::F32, Precision::F64].into_iter().find(|known| known.name() == text);
     known.ok_or_else(|| "must be f32 or f64".into())
 }
 
-/// The name of a set of instructions that this processor has.
+/// Parses the name of an instruction set of this processor.
 pub fn instructions(text: &str) -> Result<Instructions, String> {
     let known = || Instructions::ALL.into_iter().filter(|&set| set <= Instructions::best());
     let found = known().find(|set| set.name() == text);
@@ -95,12 +95,12 @@ fn number(text: &str, ok: impl Fn(f64) -> bool, expected: &str) -> Result<f64, S
     number.ok_or_else(|| format!("must be {expected}"))
 }
 
-/// A positive number.
+/// Parses a positive number.
 pub fn positive(text: &str) -> Result<f64, String> {
     number(text, |number| 0.0 < number, "a number, positive and finite")
 }
 
-/// A positive number, or a fraction such as 1/30.
+/// Parses a positive number, or a fraction such as 1/30.
 pub fn interval(text: &str) -> Result<f64, String> {
     let (above, below) = text.split_once('/').unwrap_or((text, "1"));
     let parts = positive(above).and_then(|above| Ok(above / positive(below)?));
@@ -109,7 +109,7 @@ pub fn interval(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "must be a number or a fraction such as 1/30, positive and finite".into())
 }
 
-/// The frames of a film, `FROM:TO:EVERY`.
+/// Parses the frames of a film, `FROM:TO:EVERY`.
 pub fn frames(text: &str) -> Result<Moments, String> {
     let parts: Vec<&str> = text.split(':').collect();
     let read = || {
@@ -125,23 +125,23 @@ pub fn frames(text: &str) -> Result<Moments, String> {
     })
 }
 
-/// From where a picture is taken.
+/// Position of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sight {
     /// From a side: azimuth and elevation, degrees.
     Side([f64; 2]),
-    /// Turning about the scene by so many degrees per second; once in a film where it is not said.
+    /// In orbit at this rate, degrees per second; by default once in a film.
     Orbit(Option<f64>),
 }
 
-/// A side to look from, or `orbit`.
+/// Parses a side to look from, or `orbit`.
 pub fn sight(text: &str) -> Result<Sight, String> {
     Ok(match text.split_once(':').unwrap_or((text, "")) {
         ("front", "") => Sight::Side([0.0, 0.0]),
         ("back", "") => Sight::Side([180.0, 0.0]),
         ("right", "") => Sight::Side([90.0, 0.0]),
         ("left", "") => Sight::Side([-90.0, 0.0]),
-        // Steeper there would be no up.
+        // Straight from above, the up direction would be undefined.
         ("top", "") => Sight::Side([0.0, 88.0]),
         ("orbit", "") if text == "orbit" => Sight::Orbit(None),
         ("orbit", rate) => Sight::Orbit(Some(finite(rate)?)),
@@ -153,40 +153,40 @@ pub fn sight(text: &str) -> Result<Sight, String> {
     })
 }
 
-/// The length of a step: `auto` or seconds.
+/// Parses the length of a step: `auto` or seconds.
 pub fn step(text: &str) -> Result<Step, String> {
     let seconds = || positive(text).map(Step::Seconds);
     if text == "auto" { Ok(Step::Auto) } else { seconds() }
         .map_err(|_| "must be `auto` or a number, positive and finite".into())
 }
 
-/// A time to simulate, seconds.
+/// Parses a duration, seconds.
 pub fn duration(text: &str) -> Result<f64, String> {
     number(text, |number| 0.0 < number && number <= 1e5, "a number, positive and at most 1e5")
 }
 
-/// A local error, as a fraction.
+/// Parses a local error, as a fraction.
 pub fn tolerance(text: &str) -> Result<f64, String> {
     number(text, |number| 0.0 < number && number <= 1.0, "a number, positive and at most 1")
 }
 
-/// A number from 0 on.
+/// Parses a non-negative number.
 pub fn not_negative(text: &str) -> Result<f64, String> {
     number(text, |number| 0.0 <= number, "a number, finite and not negative")
 }
 
-/// Any number.
+/// Parses a finite number.
 pub fn finite(text: &str) -> Result<f64, String> {
     number(text, |_| true, "a finite number")
 }
 
-/// A count from 1 on.
+/// Parses a positive whole number.
 pub fn substeps(text: &str) -> Result<u32, String> {
     let number = text.parse().ok().filter(|&number| 0 < number);
     number.ok_or_else(|| format!("must be a whole number from 1 to {}", u32::MAX))
 }
 
-/// Substeps of a frame: `auto` or a count.
+/// Parses the substeps of a frame: `auto` or a number.
 pub fn automatic_substeps(text: &str) -> Result<Substeps, String> {
     if text == "auto" {
         return Ok(Substeps::Auto);
@@ -195,25 +195,25 @@ pub fn automatic_substeps(text: &str) -> Result<Substeps, String> {
     count.map_err(|_| format!("must be `auto` or a whole number from 1 to {}", u32::MAX))
 }
 
-/// A number of Newton iterations.
+/// Parses a number of Newton iterations.
 pub fn newton(text: &str) -> Result<u32, String> {
     let number = text.parse().ok().filter(|number| (1..=MOST_NEWTON).contains(number));
     number.ok_or_else(|| format!("must be a whole number from 1 to {MOST_NEWTON}"))
 }
 
-/// Particles along a side of what is measured.
+/// Parses the number of particles along a side of a workload.
 pub fn side(text: &str) -> Result<usize, String> {
     let side = text.parse().ok().filter(|side| (2..=MAX_SIDE).contains(side));
     side.ok_or_else(|| format!("must be a whole number from 2 to {MAX_SIDE}"))
 }
 
-/// Threads of what is measured.
+/// Parses the number of threads of a workload.
 pub fn threads(text: &str) -> Result<usize, String> {
     let threads = text.parse().ok().filter(|threads| (1..=MAX_THREADS).contains(threads));
     threads.ok_or_else(|| format!("must be a whole number from 1 to {MAX_THREADS}"))
 }
 
-/// The size of a picture, `WxH`.
+/// Parses the size of a picture, `WxH`.
 pub fn size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(width, height)| {
         Some([width.parse::<u32>().ok()?, height.parse::<u32>().ok()?])

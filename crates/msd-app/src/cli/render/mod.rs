@@ -1,4 +1,4 @@
-//! `msd render`: a scene becomes a picture or a film without a display.
+//! `msd render`: a picture or a film of a scene, without a display.
 
 mod sighting;
 
@@ -21,7 +21,7 @@ use serde::Serialize;
 use sighting::{Sighting, seen};
 use std::path::{Path, PathBuf};
 
-/// What was drawn; the keys of `--json`.
+/// Result of a rendering; the keys of `--json`.
 #[derive(Debug, Serialize)]
 struct RenderReport {
     scene: String,
@@ -30,7 +30,7 @@ struct RenderReport {
     file: String,
     frames: usize,
     size: [u32; 2],
-    /// From one frame to the next, seconds; null of a picture.
+    /// Time from one frame to the next, seconds; null for a picture.
     every: Option<f64>,
     /// Time of the last frame from the start of the scene, seconds.
     time: f64,
@@ -40,7 +40,7 @@ struct RenderReport {
     warnings: Vec<String>,
 }
 
-/// Runs a scene and draws it: one picture after a while, or the frames of a film.
+/// Runs a scene and renders one picture at its end, or the frames of a film.
 pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     let RenderArguments { scene, set, solver, time, size, .. } = arguments;
     hush(arguments.quiet);
@@ -58,8 +58,8 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     let about =
         About { size: *size, every: moments.every, is_open: arguments.background.is_some() };
     let mut output = begin(&path, &kind, about).map_err(Failure::input)?;
-    // Asked for before the run: without a driver, or for a picture that is too large for it, the
-    // steps would be in vain.
+    // Requested before the run: without a driver, or for a picture beyond its limits, the steps
+    // would be in vain.
     let gpu = quietly(|| pollster::block_on(Gpu::headless())).map_err(Failure::input)?;
     let [width, height] = *size;
     let mut screen = Offscreen::new(&gpu, width, height).map_err(Failure::input)?;
@@ -103,7 +103,7 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     Failure::all(said.err().into_iter().chain(ended))
 }
 
-/// The step after which each frame is; of a picture the last. Warns where frames are between steps.
+/// Returns the step number of each frame. Warns if frames fall between steps.
 fn steps(film: Option<Moments>, prepared: &mut Prepared) -> Result<Vec<u64>, Failure> {
     let Some(film) = film else { return Ok(vec![prepared.steps]) };
     let settings = prepared.runner.settings();
@@ -116,7 +116,7 @@ fn steps(film: Option<Moments>, prepared: &mut Prepared) -> Result<Vec<u64>, Fai
     Ok(steps)
 }
 
-/// Why a run ended early, if it did.
+/// Returns the failure of a run that ended early.
 fn failure(ended: FilmEnd, prepared: &Prepared, frames: usize) -> Option<Failure> {
     match ended {
         FilmEnd::Diverged(error) => Some(explain_end(prepared, error)),
@@ -160,14 +160,14 @@ fn check_places(
     (0..frames).try_for_each(|number| places.write("--out", &frame(number)))
 }
 
-/// How a run ended.
+/// End of a run.
 enum FilmEnd {
     Done,
     Interrupted,
     Diverged(Error),
 }
 
-/// Takes the steps up to the last frame, and each frame; returns how many there are.
+/// Steps up to the last frame and renders each frame; returns their number.
 fn follow(
     prepared: &mut Prepared,
     shoot: &mut dyn FnMut(&Runner, f64) -> Result<(), Failure>,

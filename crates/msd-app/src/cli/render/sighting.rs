@@ -1,4 +1,4 @@
-//! The view of `msd render`: from where it looks, at what, and how fast it turns.
+//! The camera of `msd render`: position, target, and rotation during a film.
 
 use crate::cli::arguments::{ColourBy, RenderArguments, Sight};
 use crate::cli::run::prepare::Prepared;
@@ -8,27 +8,27 @@ use msd_render::{Camera, Quantity, Style, View, bounds_with_ground, ground};
 use msd_run::on;
 use msd_scene::Viewpoint;
 
-/// The size for which lines and the legend are made, pixels; larger pictures enlarge them.
+/// Reference size of lines and legend, pixels; larger pictures enlarge them.
 const SIZE: [f32; 2] = [1280.0, 720.0];
 
-/// How a picture or a film looks at a scene.
+/// View of a picture or a film.
 pub struct Sighting {
     view: View,
-    /// By how much the camera turns in the whole of a film, radians.
+    /// Rotation of the camera over a whole film, radians.
     turn: f32,
-    /// By how much a picture is wider than high.
+    /// Width of a picture over its height.
     aspect: f32,
-    /// Where the author of the scene wants the camera.
+    /// Viewpoint set by the author of the scene.
     viewpoint: Viewpoint,
-    /// The height that it stays above, metres.
+    /// Least height of the camera, metres.
     ground: Option<f32>,
 }
 
-/// Directions in which a camera that turns is asked whether all is in the picture.
+/// Number of directions in which an orbiting camera must keep everything in the picture.
 const DIRECTIONS: u16 = 24;
 
 impl Sighting {
-    /// By what the command line says; it knows no scene yet, see [`Sighting::frame`].
+    /// Reads the command line; [`Sighting::frame`] adds the bounds of the scene later.
     pub fn new(arguments: &RenderArguments, prepared: &Prepared, steps: &[u64]) -> Self {
         let [width, height] = arguments.size.map(|side| side as f32);
         let is_open = arguments.background.is_some();
@@ -58,31 +58,31 @@ impl Sighting {
             Some(Sight::Orbit(Some(rate))) => radians(rate * lasting),
             _ => 0.0,
         };
-        // Who asks for another side wants to see it all.
+        // A side given on the command line overrides the viewpoint of the scene.
         let is_turned = arguments.camera.is_some()
             || arguments.yaw_deg.is_some()
             || arguments.pitch_deg.is_some();
         let viewpoint = if is_turned { Viewpoint::default() } else { prepared.camera };
-        // Whoever gives an elevation may look up from below.
+        // A given elevation may also be below the ground.
         let level = on!(&prepared.runner, simulation => ground(&simulation.snapshot()));
         let ground = level.filter(|_| arguments.pitch_deg.is_none());
         Sighting { view, turn, aspect: width / height, viewpoint, ground }
     }
 
-    /// What colours stand for.
+    /// Returns the quantity that colours represent.
     pub fn quantity(&self) -> Option<Quantity> {
         self.view.style.colour_by
     }
 
-    /// Sees to it that all frames of a film have the same scale, which none of them exceeds, unless
-    /// the command line says another.
+    /// Gives all frames of a film the same scale, which covers `largest`, unless the command line
+    /// sets one.
     pub fn choose_scale(&mut self, largest: f64) {
         let style = &mut self.view.style;
         let full = style.colour_by.map(|quantity| quantity.full_scale(largest));
         style.full_scale = style.full_scale.or(full);
     }
 
-    /// Goes as near as all of a box stays in the picture, from wherever it is looked at.
+    /// Moves the camera as near as possible with the whole box in the picture, from every angle.
     pub fn frame(&mut self, bounds: Option<(glam::Vec3, glam::Vec3)>) {
         let (Some(bounds), aspect) = (bounds, self.aspect) else { return };
         let start = self.view.camera;
@@ -99,7 +99,7 @@ impl Sighting {
         }
     }
 
-    /// The view of a frame that is so far into a film, from 0 to 1.
+    /// Returns the view of a frame at a fraction of a film, from 0 to 1.
     pub fn view(&self, part: f64) -> View {
         let mut view = self.view;
         view.camera.yaw += self.turn * part as f32;
@@ -117,8 +117,8 @@ fn quantity(colour_by: ColourBy) -> Quantity {
     }
 }
 
-/// What all frames of a film show, which is only known once it was run: the box in which all
-/// particles are, and the largest size of what colours stand for.
+/// Runs ahead for the bounds of all frames of a film: the box around all particles, and the largest
+/// absolute value of the coloured quantity.
 pub fn seen(
     prepared: &Prepared,
     quantity: Option<Quantity>,
@@ -130,7 +130,7 @@ pub fn seen(
     let mut progress = Steps::new(steps.last().copied().unwrap_or(0), "looking where it goes");
     for &step in steps {
         while taken < step {
-            // What is wrong is told where it happens again.
+            // The actual run repeats the error and reports it.
             if interrupt.is_asked() || runner.step().is_err() {
                 return (all, largest);
             }

@@ -1,16 +1,16 @@
-//! Advice for a run whose step is too long: options under which a copy of it lasts.
+//! Advice for a run with too long a step: options with which a copy of it does not diverge.
 
 use crate::cli::steps::SlowNotice;
 use msd_run::Runner;
 use msd_run::rescue::{Offer, Origin, Remedy, Rescue};
 use web_time::Instant;
 
-/// The most wall-clock time that the search for options may take, seconds.
+/// Wall-clock limit of the search for options, seconds.
 const BUDGET: f64 = 3.0;
 
-/// Options to try, in words: each was tried from the `start` for so many simulated seconds, or is
-/// said to be only predicted. `frame` is the time that `--substeps` divides, and `stable` the
-/// longest substep that is predicted to be stable, seconds.
+/// Returns options in words: each was tried from `start` for `lasting` simulated seconds, or is
+/// marked as only predicted. `frame` is the time that `--substeps` divides, and `stable` the
+/// predicted longest stable substep, seconds.
 pub fn advise(start: &Runner, frame: f64, stable: f64, lasting: f64) -> String {
     let _notice = SlowNotice::new("looking for a step that is stable".to_owned());
     let clock = Instant::now();
@@ -29,16 +29,16 @@ pub fn advise(start: &Runner, frame: f64, stable: f64, lasting: f64) -> String {
     if is_done { all } else { "the search for one that helps took too long" }.to_owned()
 }
 
-/// Advice as the end of a sentence; nothing where there is none, or it was given before.
+/// Formats advice as the end of a sentence; empty if there is none, or if it was given before.
 pub fn appended(advice: Option<&str>) -> String {
     let advice = advice.filter(|advice| !advice.is_empty());
     advice.map_or(String::new(), |advice| format!("; {advice}"))
 }
 
-/// An offer as options of the command line; `now` is the number of substeps of now, and `frames`
-/// how many frames a step lasts.
+/// Formats an offer as options of the command line; `now` is the current number of substeps, and
+/// `frames` the number of frames per step.
 fn option(offer: &Offer, now: u32, frames: f64) -> Option<String> {
-    // A hair less: the quotient of equal times may be a rounding above one.
+    // Slightly less: rounding may lift the quotient of equal times above one.
     let substeps = |count: u32| format!("--substeps {}", (f64::from(count) * frames - 1e-6).ceil());
     let option = match offer.remedy {
         Remedy::Substeps(count) => substeps(count),

@@ -1,4 +1,4 @@
-//! The files that a run writes: opened before it, followed step by step, ended after it.
+//! The output files of a run: opened before it, extended after each step, completed at its end.
 
 use super::prepare::Prepared;
 use crate::cli::arguments::{RunArguments, Watched};
@@ -13,23 +13,23 @@ use msd_scene::{FileError, Output, shown_path, tame, write_saved};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The files that were asked for, opened before the run: that a folder is missing should be known
-/// before the work.
+/// The requested files, opened before the run, so that a missing folder is reported before the
+/// work.
 ///
-/// One that fails on the way is given up and named; the run and the other files go on.
+/// If a file fails on the way, it is abandoned and reported; the run and the other files continue.
 pub struct Files {
     out: Option<Export>,
     save: Option<Saver>,
     trace: Option<Trace>,
     recorder: Option<Recorder>,
-    /// How the last step was taken, as the recording has it.
+    /// Settings of the last step in the recording.
     recorded: Settings,
     distances: Option<Output>,
-    /// What could not be written, a line each.
+    /// Files that could not be written, a line each.
     failures: Vec<String>,
 }
 
-/// The particles to be watched, of so many.
+/// Returns the particles to be traced; `count` is the number of all.
 fn watched(wanted: &[Watched], count: usize) -> Result<Vec<usize>, Failure> {
     let mut particles = Vec::new();
     for watched in wanted {
@@ -47,21 +47,21 @@ fn watched(wanted: &[Watched], count: usize) -> Result<Vec<usize>, Failure> {
     Ok(particles)
 }
 
-/// Where the run is saved, and how often.
+/// Target and interval of saved runs.
 struct Saver {
     path: PathBuf,
-    /// The file of the next time.
+    /// The file of the next save.
     next: Option<Output>,
-    /// Steps from one time to the next; `None` for the end alone.
+    /// Steps from one save to the next; `None` for the end only.
     every: Option<u64>,
-    /// Whether it failed the last time.
+    /// Whether the last save failed.
     failed: bool,
     name: String,
     title: String,
 }
 
 impl Files {
-    /// Opens what was asked for.
+    /// Opens the requested files.
     pub fn open(arguments: &RunArguments, prepared: &Prepared) -> Result<Self, Failure> {
         check_places(arguments, prepared)?;
         let Prepared { name, title, runner, .. } = prepared;
@@ -79,7 +79,7 @@ impl Files {
         });
         let distances = open(&arguments.distances);
         Failure::all(failures.drain(..).map(Failure::input))?;
-        // Last, as from here on an older recording is gone.
+        // Last, as this overwrites an older recording.
         let begin = |path: &Path| Recorder::begin(path, &runner.to_loaded(name, title));
         let recorder = opened(&arguments.record, begin, &mut failures);
         Failure::all(failures.drain(..).map(Failure::input))?;
@@ -102,7 +102,7 @@ impl Files {
         begun.map_err(|error| self.give_up(&error)).ok()
     }
 
-    /// Follows a step, the `taken`th of this run.
+    /// Records a step, the `taken`th of this run.
     pub fn follow(&mut self, runner: &Runner, taken: u64) {
         self.attempt(|files| &mut files.trace, |trace| trace.add(runner));
         let settings = runner.settings();
@@ -122,13 +122,13 @@ impl Files {
         }
     }
 
-    /// Writes down how far two runs are apart.
+    /// Writes the distance between two runs.
     pub fn add_distance(&mut self, apart: Option<Apart>) {
         let Some(apart) = apart else { return };
         self.attempt(|files| &mut files.distances, |output| line(output, &apart.line()));
     }
 
-    /// Ends every file, and returns what could not be written, a line each.
+    /// Completes every file, and returns those that could not be written, a line each.
     pub fn finish(self, runner: &Runner) -> Vec<String> {
         let Files { out, save, trace, recorder, distances, mut failures, .. } = self;
         let state = |mut export: Export| {
@@ -147,7 +147,7 @@ impl Files {
         failures
     }
 
-    /// Writes to one of the files, if it is being written; gives it up where that fails.
+    /// Writes to one of the files, if it is open; abandons it after a failure.
     fn attempt<T>(
         &mut self,
         file: impl Fn(&mut Files) -> &mut Option<T>,
@@ -171,7 +171,7 @@ impl Saver {
         write_saved(&runner.to_loaded(&self.name, &self.title), output)
     }
 
-    /// Saves; where that fails there is a next time, and the end.
+    /// Saves; after a failure, the next save tries again.
     fn save_on_the_way(&mut self, runner: &Runner) {
         let saved = self.save(runner);
         if let (Err(error), false) = (&saved, self.failed) {
@@ -184,7 +184,7 @@ impl Saver {
 /// Formats of a state.
 const FORMATS: [Format; 5] = [Format::Csv, Format::Npz, Format::Obj, Format::Ply, Format::Vtu];
 
-/// The format of a state by the ending of its file; without one it is CSV, as of a pipe.
+/// Returns the format of a state by the extension of its file; CSV without one, as for a pipe.
 fn state_format(path: &Path) -> Result<Format, Failure> {
     let Some(ending) = path.extension() else { return Ok(Format::Csv) };
     let format = Format::of(path);
@@ -204,7 +204,7 @@ fn state_format(path: &Path) -> Result<Format, Failure> {
     )))
 }
 
-/// Opens a file that may have been asked for, or adds why that cannot be.
+/// Opens an optional file, or adds the reason why it cannot be opened.
 fn opened<T>(
     path: &Option<PathBuf>,
     open: impl Fn(&Path) -> Result<T, FileError>,
@@ -218,12 +218,12 @@ fn line(output: &mut Output, text: &str) -> Result<(), FileError> {
     writeln!(output, "{text}").map_err(|error| output.refused(&error))
 }
 
-/// The number of steps nearest to a time, at least one.
+/// Returns the number of steps nearest to a time, at least one.
 fn steps_in(settings: Settings, seconds: f64) -> u64 {
     (seconds / settings.step).round().max(1.0) as u64
 }
 
-/// Refuses a file that would be written over another of the same run.
+/// Refuses a file that would overwrite another one of the same run.
 fn check_places(arguments: &RunArguments, prepared: &Prepared) -> Result<(), Failure> {
     let RunArguments { out, save, trace, record, distances, replay, solver, .. } = arguments;
     let (option, files) = match replay {
@@ -232,7 +232,7 @@ fn check_places(arguments: &RunArguments, prepared: &Prepared) -> Result<(), Fai
     };
     let mut places = Places::default();
     let read = |places: &mut Places| files.iter().for_each(|file| places.read(option, file));
-    // A saved run may be saved over itself: it is the same run further on.
+    // A saved run may replace itself: the new one continues it.
     if !prepared.is_resumed {
         read(&mut places);
     }

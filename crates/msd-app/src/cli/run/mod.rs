@@ -1,4 +1,4 @@
-//! `msd run`: a scene runs without a window.
+//! `msd run`: a run of a scene without a window.
 
 mod advice;
 pub mod prepare;
@@ -26,7 +26,7 @@ use report::{Done, RunReport};
 use std::path::Path;
 use web_time::{Duration, Instant};
 
-/// Runs a scene, writes what was asked for and prints the result.
+/// Runs a scene, writes the requested files and prints the result.
 pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     hush(arguments.quiet);
     let interrupt = Interrupt::catch();
@@ -42,7 +42,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
         diverged.map(|error| explain_divergence(&prepared.name, error, advice.as_deref()));
     (done.diverged, done.interrupted) = (diverged.is_some(), is_interrupted);
     let advice = advice.filter(|_| diverged.is_none());
-    // Cells that flew apart say nothing of the material.
+    // After a divergence, the shapes of cells are not meaningful.
     match diverged {
         None => prepared.watch.count(&prepared.runner),
         Some(_) => prepared.watch.count_crossings(&prepared.runner),
@@ -56,8 +56,8 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     tell_report(&report, arguments, (ended, unwritten))
 }
 
-/// Advice that was not given before the run: it diverged, or its limit moved below its step. Empty
-/// where it was given.
+/// Returns advice after a divergence, or if the limit moved below the step; empty if it was given
+/// before the run.
 fn late_advice(prepared: &Prepared, diverged: Option<&Error>) -> Option<String> {
     let is_of_step = diverged.is_some_and(Error::is_of_step);
     let found = prepared.watch.findings(&prepared.runner);
@@ -76,13 +76,13 @@ fn late_advice(prepared: &Prepared, diverged: Option<&Error>) -> Option<String> 
     Some(advise(&runner, FRAME, stable, lasting))
 }
 
-/// The failure of a run that the user ended.
+/// Returns the failure of a run that the user interrupted.
 pub fn interrupted(runner: &Runner) -> Failure {
     let time = quantity(runner.time(), "s");
     Failure::interrupted(format!("interrupted at t = {time}; the files hold the run up to then"))
 }
 
-/// Tells what came of a run, why it ended early, and which files could not be written.
+/// Prints the report of a run, the reason of an early end, and the files that could not be written.
 pub fn tell_report(
     report: &RunReport,
     arguments: &RunArguments,
@@ -97,8 +97,7 @@ pub fn tell_report(
     Failure::all(unwritten.chain(said.err()).chain(ended))
 }
 
-/// Takes all steps, or as many as stay in the world and the user waits for; only the steps are
-/// timed.
+/// Steps until the end, a divergence or an interruption; times only the steps.
 fn step_all(
     prepared: &mut Prepared,
     files: &mut Files,
@@ -126,14 +125,14 @@ fn step_all(
     (done, failed)
 }
 
-/// Why a run that was prepared stopped by itself, and what to change.
+/// Explains why a prepared run stopped by itself, with advice.
 pub fn explain_end(prepared: &Prepared, error: Error) -> Failure {
     let advice = late_advice(prepared, Some(&error));
     explain_divergence(&prepared.name, error, advice.as_deref())
 }
 
-/// What happened, and what to change. Empty advice was given before; without any the error itself
-/// says what is known of the limit, which is of a state far gone.
+/// Explains a divergence. Empty advice was given before the run; without advice, the message
+/// includes the limit from the error, which is that of a broken state.
 pub fn explain_divergence(scene: &str, error: Error, advice: Option<&str>) -> Failure {
     let told = match (&error, advice) {
         (Error::Diverged(divergence), Some(_)) => where_it_diverged(divergence),

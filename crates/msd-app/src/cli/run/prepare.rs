@@ -1,4 +1,4 @@
-//! From a scene to a run: opened, given the solver of the command line and a state.
+//! Preparation of a run: the scene, with the solver and the state of the command line.
 
 use super::advice::{advise, appended};
 use crate::cli::arguments::{SetArguments, SolverArguments, Step, Substeps};
@@ -17,56 +17,56 @@ use msd_scene::{
 use msd_study::quantity::{number, quantity, rounded};
 use std::path::{Path, PathBuf};
 
-/// A frame of the command line, seconds: `--substeps` divides it, and so does `--step auto` of the
+/// A frame of the command line, seconds: `--substeps` divides it, and so does `--step auto` in the
 /// window.
 pub const FRAME: f64 = 1.0 / 60.0;
 
-/// The most integration steps of a run: weeks on any machine.
+/// Largest number of integration steps of a run: weeks on any machine.
 const MAX_STEPS: f64 = 1e10;
 
-/// A run that is about to start.
+/// A run before its start.
 pub struct Prepared {
     /// The name of the scene.
     pub name: String,
-    /// One line on what is seen.
+    /// Description of the scene in one line.
     pub title: String,
-    /// What was done to its input.
+    /// Notes on changes of the input.
     pub notes: Vec<String>,
-    /// The files that it was read from.
+    /// The source files.
     pub files: Vec<PathBuf>,
-    /// What its bodies are made of.
+    /// Materials of the bodies.
     #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "the window alone shows it"))]
     pub made: Vec<Option<Made>>,
-    /// The particles of sets that rows of pins name.
+    /// Named sets of particles in rows of pins.
     pub held: Vec<(String, Vec<usize>)>,
-    /// From where its author wants it looked at.
+    /// Viewpoint set by the author.
     #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "the window alone shows it"))]
     pub camera: Viewpoint,
-    /// Whether it is a saved run that goes on.
+    /// Whether it continues a saved run.
     pub is_resumed: bool,
     /// The run.
     pub runner: Runner,
-    /// Its start.
+    /// Initial state.
     pub start: Moment,
-    /// The longest stable substep predicted at its start, seconds.
+    /// Longest stable substep predicted for the initial state, seconds.
     pub stable: f64,
-    /// The watch over it, and what it found at the start, which the warnings have.
+    /// The watch, and its findings at the start, which are among the warnings.
     pub watch: Watch,
     pub early: Vec<Finding>,
     /// Steps to take.
     pub steps: u64,
-    /// What the user should know, one line each.
+    /// Warnings for the user, one line each.
     pub warnings: Vec<String>,
 }
 
 impl Prepared {
-    /// Whether the user was warned of the step, with what to do about it.
+    /// Returns whether the user was warned about the step, with advice.
     pub fn is_advised(&self) -> bool {
         self.early.iter().any(|finding| matches!(finding.kind, Kind::StabilityLimit { .. }))
     }
 
-    /// What the watch found since the start, with `advice` on the step where there is any; it is
-    /// printed, and among the warnings from now on.
+    /// Prints the findings since the start, with `advice` on the step if there is any, and adds
+    /// them to the warnings.
     pub fn warn(&mut self, advice: Option<&str>) {
         let found = self.watch.findings(&self.runner).into_iter();
         let late = found.filter(|late| self.early.iter().all(|early| !early.is_same(late)));
@@ -81,13 +81,13 @@ impl Prepared {
     }
 }
 
-/// The link that a scene is named by, if it is.
+/// Returns the link in the place of a scene, if it is one.
 pub fn link(scene: &Path) -> Result<Option<Link>, Failure> {
     let text = scene.to_str().filter(|text| Link::is_meant(text));
     text.map(Link::parse).transpose().map_err(Failure::input)
 }
 
-/// Opens a scene, or what a link makes of it, to be studied.
+/// Opens a scene, or that of a link, for a study.
 pub fn open_scene(scene: &Path, set: &[Assignment]) -> Result<Loaded, Failure> {
     match link(scene)? {
         Some(_) if !set.is_empty() => Err(no_keys()),
@@ -96,12 +96,12 @@ pub fn open_scene(scene: &Path, set: &[Assignment]) -> Result<Loaded, Failure> {
     }
 }
 
-/// The failure of values that are set in a link.
+/// Returns the failure of `--set` with a link.
 fn no_keys() -> Failure {
     Failure::input("--set takes a scene by name or file, not by link")
 }
 
-/// Opens a scene as its author wrote it, at whatever spacing it is to be run.
+/// Opens a scene as its author wrote it, for a run at any spacing.
 pub fn open_draft(scene: &Path, set: &[Assignment]) -> Result<Draft, Failure> {
     if link(scene)?.is_some() {
         return Err(Failure::input("--mesh takes a scene by name or file, not by link"));
@@ -111,7 +111,7 @@ pub fn open_draft(scene: &Path, set: &[Assignment]) -> Result<Draft, Failure> {
     Ok(draft)
 }
 
-/// Opens a scene and makes it ready to run for some seconds; prints warnings.
+/// Opens a scene, prepares a run of some seconds, and prints warnings.
 pub fn prepare(
     (scene, set): (&Path, &SetArguments),
     solver: &SolverArguments,
@@ -123,7 +123,7 @@ pub fn prepare(
         let state = load_state(path, runner.precision(), count).map_err(Failure::input)?;
         let refused = |error| Failure::input(format!("{}: {error}", shown_path(path)));
         runner.set_state(&state, 0).map_err(refused)?;
-        // Automatic substeps are those of the state that it starts from.
+        // Automatic substeps must be chosen for this state.
         let automatic = runner.is_automatic();
         runner.set_automatic(automatic).map_err(refused)?;
         loaded.notes.extend(begun_anew(&runner, &loaded.scene, path));
@@ -147,7 +147,7 @@ pub fn prepare(
     warnings.extend(short.then(|| {
         let time = steps as f64 * settings.step;
         let duration = plain(duration);
-        // More digits than elsewhere, as it may be nearly a multiple.
+        // More digits than elsewhere, as the time may be close to a multiple.
         let time = rounded(time, 7);
         format!("{flag} {duration} s is not a multiple of the step; the run takes {time} s")
     }));
@@ -173,7 +173,7 @@ pub fn prepare(
     })
 }
 
-/// A line on solids and pins that move: a state holds no time, so their motion starts anew.
+/// Returns a note on moving solids and pins: a state has no time, so their motion restarts.
 fn begun_anew(runner: &Runner, scene: &Scene, state: &Path) -> Option<String> {
     let still = DVec3::ZERO;
     let moves =
@@ -195,7 +195,7 @@ fn begun_anew(runner: &Runner, scene: &Scene, state: &Path) -> Option<String> {
     ))
 }
 
-/// Opens a scene, or what a link makes of it, with the solver of the command line.
+/// Opens a scene, or that of a link, with the solver of the command line.
 fn open(
     scene: &Path,
     set: &[Assignment],
@@ -217,7 +217,7 @@ fn open(
     let runner = Runner::open_with(&loaded, chosen);
     drop(notice);
     let mut runner = runner.map_err(|error| {
-        // The file is right in its own precision.
+        // The file is valid in its own precision.
         let asked = solver.precision.map(|precision| format!(" in {precision}"));
         Failure::input(format!("{}: {error}{}", loaded.name, asked.unwrap_or_default()))
     })?;
@@ -227,7 +227,7 @@ fn open(
     Ok((loaded, runner))
 }
 
-/// The longest stable substep, seconds; of a million particles that takes a while.
+/// Returns the longest stable substep, seconds; slow for a million particles.
 fn predict(runner: &Runner) -> f64 {
     let count = runner.particle_count();
     let _notice =
@@ -235,19 +235,19 @@ fn predict(runner: &Runner) -> f64 {
     runner.stable_substep()
 }
 
-/// The longest automatic substep, seconds, which takes as long to find.
+/// Returns the longest automatic substep, seconds; equally slow.
 fn longest_automatic(runner: &Runner) -> f64 {
     let count = runner.particle_count();
     let _notice = SlowNotice::new(format!("choosing a step of {count} particles"));
     runner.longest_automatic_substep()
 }
 
-/// Whether so many integration steps would not be done in weeks.
+/// Returns whether this number of integration steps would take weeks.
 pub fn is_endless(steps: f64) -> bool {
     MAX_STEPS < steps
 }
 
-/// The keys of the solver that the command line sets.
+/// Returns the keys of the solver that the command line sets.
 pub fn row(solver: &SolverArguments) -> SolverRow {
     let SolverArguments { integrator, step, substeps, tolerance, newton, precision, .. } = *solver;
     let newton = newton.map(u64::from);
@@ -255,7 +255,7 @@ pub fn row(solver: &SolverArguments) -> SolverRow {
     if let Some(Step::Seconds(step)) = step {
         row.step = OrAuto::Given(step);
     }
-    // One that is chosen when the state is known too: it matters to Verlet.
+    // Also for `--step auto`, before its length is known: the limit of Verlet depends on substeps.
     if step.is_some() {
         row.substeps = Some(OrAuto::Given(1));
     }
@@ -269,8 +269,8 @@ pub fn row(solver: &SolverArguments) -> SolverRow {
     row
 }
 
-/// Sets the longest step that is no longer than automatic substeps would be and ends a run of
-/// `duration` seconds on time; from then on it is divided where that is needed.
+/// Sets the longest step that does not exceed an automatic substep and divides `duration` seconds.
+/// From then on, automatic substeps divide it where needed.
 fn choose_step(runner: &mut Runner, duration: f64) -> Result<(), Failure> {
     let (integrator, longest) = (runner.integrator(), longest_automatic(runner));
     if longest == 0.0 {
@@ -285,7 +285,7 @@ fn choose_step(runner: &mut Runner, duration: f64) -> Result<(), Failure> {
         )));
     }
     let steps = (duration / longest).ceil().max(1.0);
-    // Not a rounding error longer: that would be two substeps.
+    // A rounding error above the limit would double the substeps.
     let steps = if longest < duration / steps { steps + 1.0 } else { steps };
     let step = if 0.0 < duration { duration / steps } else { longest };
     let settings = Settings { step, substeps: 1, ..runner.settings() };
@@ -293,7 +293,7 @@ fn choose_step(runner: &mut Runner, duration: f64) -> Result<(), Failure> {
     runner.set_automatic(true).map_err(Failure::input)
 }
 
-/// Refuses what the method would not read: it would have no effect silently.
+/// Refuses options that the method ignores: they would silently have no effect.
 fn check_read(integrator: Integrator, solver: &SolverArguments) -> Result<(), Failure> {
     type Reads = fn(Integrator) -> bool;
     let options: [(&str, bool, Reads); 2] = [
@@ -314,7 +314,7 @@ fn check_read(integrator: Integrator, solver: &SolverArguments) -> Result<(), Fa
     Ok(())
 }
 
-/// The number of steps nearest to a duration, at least one unless it is 0; whether they miss it.
+/// Returns the steps nearest to a duration, at least one unless it is 0, and whether they miss it.
 fn count_steps(settings: Settings, duration: f64) -> (u64, bool) {
     let exact = duration / settings.step;
     let steps = if 0.0 < duration { exact.round().max(1.0) } else { 0.0 };
@@ -323,9 +323,9 @@ fn count_steps(settings: Settings, duration: f64) -> (u64, bool) {
     (steps as u64, short)
 }
 
-/// A watch over a run that is about to start, with what it finds at once, and these findings in
-/// words: the step has options to use instead, which lasted for so many simulated seconds. `frame`
-/// is the time that `--substeps` divides, and `stable` the longest stable substep, seconds.
+/// Creates the watch over a new run, with its first findings and their words. The advice on the
+/// step has options that lasted for `lasting` simulated seconds. `frame` is the time that
+/// `--substeps` divides, and `stable` the longest stable substep, seconds.
 pub fn watch_from(
     (start, scene): (&Runner, &Scene),
     frame: f64,

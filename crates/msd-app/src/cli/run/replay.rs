@@ -1,4 +1,4 @@
-//! `msd run --replay`: a recorded run happens again, to the bit or beside one with another solver.
+//! `msd run --replay`: a bit-exact replay of a recording, or one beside a run with another solver.
 
 use super::files::Files;
 use super::prepare::{Prepared, is_endless, row, watch_from};
@@ -19,7 +19,7 @@ use msd_scene::{Viewpoint, plain, shown_path, state_hash};
 use std::path::Path;
 use web_time::{Duration, Instant};
 
-/// Replays a recording, writes what was asked for and prints the result.
+/// Replays a recording, writes the requested files and prints the result.
 pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     hush(arguments.quiet);
     let interrupt = Interrupt::catch();
@@ -37,7 +37,7 @@ pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     let mut done = Done::default();
     let watched = (&mut done, &mut prepared.watch, recording.steps());
     let diverged = step_all(&mut course, watched, (&mut files, &interrupt));
-    // What is no divergence is an event that does not fit: nothing is written then.
+    // Any other error is an event that does not fit, after which nothing is written.
     let diverged = match diverged {
         Some(error) if error.is_of_step() => Some(error),
         Some(error) => return Err(refused(error)),
@@ -66,7 +66,7 @@ pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     Failure::all(told.err().into_iter().chain(elsewhere))
 }
 
-/// Reads a recording, or what is whole of it.
+/// Reads a recording, or its intact part.
 fn load(path: &Path, salvage: bool) -> Result<Recording, Failure> {
     if salvage {
         return load_salvaged(path).map_err(Failure::input);
@@ -78,18 +78,18 @@ fn load(path: &Path, salvage: bool) -> Result<Recording, Failure> {
     })
 }
 
-/// The solver that a replay is to have instead of that recorded.
+/// Returns the solver options that replace those of the recording.
 fn changes(solver: &SolverArguments) -> Result<SolverRow, Failure> {
     if solver.substeps == Some(Substeps::Auto) {
         let reason = "--substeps auto does not go with --replay, which takes the substeps that \
                       were recorded, or a number";
         return Err(Failure::input(reason));
     }
-    // Its substeps are those of a recorded step.
+    // The substeps divide a recorded step.
     Ok(SolverRow { step: OrAuto::Auto, ..row(solver) })
 }
 
-/// A replay as a run that is about to start, for its report.
+/// Prepares a replay, for its report.
 fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> {
     let (settings, steps, start) = (runner.settings(), recording.steps(), &recording.start);
     let work = recording.substeps().max(steps as f64 * f64::from(settings.substeps));
@@ -98,7 +98,7 @@ fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> 
         return Err(Failure::input(format!("{}: {work} steps would take weeks", start.name)));
     }
     let stable = runner.stable_substep();
-    // The substeps of a replay are those of a recorded step.
+    // The substeps divide a recorded step.
     let (watch, early, mut warnings) =
         watch_from((runner, &start.scene), settings.step, stable, LASTING);
     if 0 < recording.lost_bytes {
@@ -133,7 +133,7 @@ fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> 
     })
 }
 
-/// A replay alone, or beside one with changes.
+/// A replay alone, or beside one with another solver.
 enum Course<'a> {
     Alone(Box<Replay<'a>>),
     Beside(Box<Twin<'a>>),
@@ -148,7 +148,7 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// The run that is reported: that with changes, if there is one.
+    /// Returns the reported run: the one with another solver, if there is one.
     fn runner(&self) -> &Runner {
         match self {
             Course::Alone(replay) => replay.runner(),
@@ -156,7 +156,7 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// Takes the next step and returns whether there was one, and how far apart two runs are then.
+    /// Takes the next step; returns whether there was one, and the distance between the two runs.
     fn advance(&mut self) -> Result<(bool, Option<Apart>), Error> {
         match self {
             Course::Alone(replay) => Ok((replay.advance()?, None)),
@@ -164,7 +164,7 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// What was done to that run before its last step.
+    /// Returns the change of that run before its last step.
     fn change(&self) -> Option<Change> {
         match self {
             Course::Alone(replay) => replay.change(),
@@ -204,15 +204,14 @@ fn distance(twin: &Twin<'_>) -> Distance {
     }
 }
 
-/// Replays all of so many steps, or as many as stay in the world and the user waits for; only the
-/// steps are timed.
+/// Replays until the end, a divergence or an interruption; times only the steps.
 fn step_all(
     course: &mut Course<'_>,
     (done, watch, steps): (&mut Done, &mut Watch, u64),
     (files, interrupt): (&mut Files, &Interrupt),
 ) -> Option<Error> {
     let mut wall = Duration::ZERO;
-    // Time and steps before steps had the present length.
+    // Time and number of the steps before those of the current length.
     let (mut before, mut since, mut length) = (0.0, 0, course.runner().settings().step);
     let error = loop {
         let start = Instant::now();
@@ -231,7 +230,8 @@ fn step_all(
         }
         watch.follow(runner);
         done.note(runner);
-        // Steps times their length, and not a running sum; another scene or step may come.
+        // Steps times their length instead of a running sum; a new scene or step length restarts
+        // it.
         let step = course.runner().settings().step;
         if step != length {
             (before, since, length) = (done.simulated, done.steps - 1, step);

@@ -55,20 +55,20 @@ pub struct RunReport {
 /// Automatic substeps of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Chosen {
-    /// The fewest of a step.
+    /// Smallest number of a step.
     pub least: u32,
-    /// The most of a step.
+    /// Largest number of a step.
     pub most: u32,
 }
 
 impl Chosen {
-    /// What is known after a step of so many.
+    /// Updates the range with the substeps of a step.
     pub fn now(before: Option<Chosen>, substeps: u32) -> Chosen {
         let Chosen { least, most } = before.unwrap_or(Chosen { least: substeps, most: substeps });
         Chosen { least: least.min(substeps), most: most.max(substeps) }
     }
 
-    /// The lengths of the shortest and the longest substep of a step.
+    /// Formats the lengths of the shortest and the longest substep.
     fn lengths(&self, step: f64) -> String {
         let [shortest, longest] =
             [self.most, self.least].map(|count| quantity(step / f64::from(count), "s"));
@@ -85,7 +85,7 @@ impl Chosen {
     }
 }
 
-/// What was done in a run.
+/// Totals of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Done {
     /// Steps taken.
@@ -98,9 +98,9 @@ pub struct Done {
     pub simulated: f64,
     /// Time that the steps took, seconds.
     pub wall: f64,
-    /// Whether it left the world.
+    /// Whether the run diverged.
     pub diverged: bool,
-    /// Whether the user ended it.
+    /// Whether the user interrupted the run.
     pub interrupted: bool,
 }
 
@@ -116,23 +116,23 @@ impl Done {
     }
 }
 
-/// How a replay compares with what was recorded.
+/// Comparison of a replay with its recording.
 #[derive(Debug, Serialize)]
 pub struct Comparison {
-    /// Hash of the last state recorded, hexadecimal; null where the recording was cut short.
+    /// Hash of the last recorded state, hexadecimal; null if the recording was cut short.
     pub recorded_hash: Option<String>,
-    /// Whether the recorded run ended in that state again; null where the recording was cut short,
-    /// or the replay diverged or was interrupted.
+    /// Whether the replay ended in that state to the bit. Null if the recording was cut short, or
+    /// the replay diverged or was interrupted.
     pub same_bits: Option<bool>,
     /// Whether the end of the recording is missing.
     pub cut_short: bool,
-    /// Bytes at its end that were left out, as `--salvage` allows; else 0.
+    /// Bytes at its end that `--salvage` dropped; else 0.
     pub lost_bytes: usize,
-    /// Of a replay with another solver: how far it is from the recorded run at the end.
+    /// For a replay with another solver: distance from the recorded run at the end.
     pub apart: Option<Distance>,
 }
 
-/// How far two runs are apart.
+/// Distance between two runs.
 #[derive(Debug, Serialize)]
 pub struct Distance {
     /// The solver of the recorded run.
@@ -141,11 +141,11 @@ pub struct Distance {
     pub rms: f64,
     /// The largest distance of a particle, metres.
     pub max: f64,
-    /// That particle.
+    /// The particle with this distance.
     pub particle: usize,
     /// Size of the scene, metres.
     pub size: f64,
-    /// When the root mean square distance passed a hundredth of the size, seconds; null if never.
+    /// Time at which the root mean square distance passed 1 % of the size, seconds; null if never.
     pub noticeable_at: Option<f64>,
 }
 
@@ -174,8 +174,8 @@ impl Comparison {
     }
 }
 
-/// How often each spring is evaluated in an integration step, without the evaluation that starts a
-/// step of Verlet; `None` where that depends on the motion.
+/// Returns the evaluations of each spring per integration step, without the one that starts a step
+/// of Verlet; `None` if their number depends on the motion.
 pub fn evaluations(integrator: Integrator) -> Option<u64> {
     match integrator {
         Integrator::Rk4 => Some(4),
@@ -186,7 +186,7 @@ pub fn evaluations(integrator: Integrator) -> Option<u64> {
     }
 }
 
-/// A finding with its words.
+/// Returns a finding with its words.
 fn in_words(finding: &Finding) -> Value {
     let mut value = serde_json::to_value(finding).unwrap_or_default();
     value["sentence"] = finding.sentence().into();
@@ -195,7 +195,7 @@ fn in_words(finding: &Finding) -> Value {
 }
 
 impl RunReport {
-    /// Collects what came of a run.
+    /// Collects the results of a run.
     pub fn new(prepared: Prepared, done: Done) -> Self {
         let Prepared { name, notes, runner, stable, warnings, watch, .. } = prepared;
         let settings = runner.settings();
@@ -253,12 +253,12 @@ impl RunReport {
         }
     }
 
-    /// One JSON object.
+    /// Formats the report as one JSON object.
     pub fn json(&self) -> Result<String, serde_json::Error> {
         serde_json::to_string_pretty(self)
     }
 
-    /// A summary for the user.
+    /// Formats the report as a summary for the user.
     pub fn summary(&self) -> String {
         let mut lines = self.notes.clone();
         let RunReport { scene, particles, springs, integrator, precision, .. } = self;

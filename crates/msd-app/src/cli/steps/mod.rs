@@ -1,4 +1,4 @@
-//! The steps of a long command: which are asked for, how far it is, and whether it goes on.
+//! The steps of a long command: their choice, progress, and interruption.
 
 mod interrupt;
 mod moments;

@@ -1,34 +1,34 @@
-//! Moments of a run at equal times, as the steps that are nearest to them.
+//! Equidistant moments of a run, as the nearest steps.
 
 use crate::cli::failure::Failure;
 use msd_core::Settings;
 use msd_scene::plain;
 use msd_study::quantity::quantity;
 
-/// The most moments of a run.
+/// Largest number of moments of a run.
 const MOST: f64 = 1e6;
 
 /// Times from the start of a run at equal intervals, seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moments {
-    /// The first.
+    /// The first one.
     pub from: f64,
-    /// Where they end; it is one of them if it falls on one.
+    /// End of the interval; a moment if one falls on it.
     pub to: f64,
-    /// From one to the next; positive.
+    /// Time from one to the next; positive.
     pub every: f64,
 }
 
 impl Moments {
-    /// The step after which each moment is, in ascending order, and whether a moment is not at the
-    /// end of a step. `option` is what the user wrote them after.
+    /// Returns the step number of each moment, ascending, and whether a moment falls between steps.
+    /// `option` is the option that set them.
     ///
     /// # Errors
-    /// Moments that are closer than steps, or too many.
+    /// Moments are closer than steps, or too many.
     pub fn steps(&self, settings: Settings, option: &str) -> Result<(Vec<u64>, bool), Failure> {
         let Moments { from, to, every } = *self;
         let step = settings.step;
-        // A hair more: quotients of equal times may be a rounding below a whole number.
+        // Slightly more: rounding may leave quotients of equal times below a whole number.
         let last = ((to - from) / every + 1e-6).floor();
         if MOST <= last {
             let most = plain(MOST);
@@ -51,7 +51,7 @@ impl Moments {
         Ok((steps, is_between))
     }
 
-    /// The warning that moments are not at the ends of steps.
+    /// Returns the warning for moments between steps.
     pub fn warning(settings: Settings, option: &str) -> String {
         let step = quantity(settings.step, "s");
         format!(
@@ -73,7 +73,7 @@ mod tests {
     fn moments_are_at_the_nearest_steps_with_both_ends() {
         assert_eq!(steps(0.0, 0.1, 1.0 / 30.0), Ok((vec![0, 2, 4, 6], false)));
         assert_eq!(steps(1.0, 1.0, 1.0 / 30.0), Ok((vec![60], false)));
-        // 24 to the second: 2.5 steps apart.
+        // 24 per second: 2.5 steps apart.
         assert_eq!(steps(0.0, 0.2, 1.0 / 24.0), Ok((vec![0, 3, 5, 8, 10], true)));
         assert_eq!(steps(0.0, 10.0, 1.0 / 30.0).map(|steps| steps.0.len()), Ok(301));
     }

@@ -1,4 +1,4 @@
-//! The progress of a long command, on the standard error.
+//! The progress of a long command, on standard error.
 
 use super::Interrupt;
 use crate::cli::failure::{is_quiet, note};
@@ -8,16 +8,16 @@ use msd_study::quantity::rounded;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
-/// After so long the user wonders what is being done.
+/// Delay before a command reports its activity.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Says what is being done if it takes long: if this is not dropped within a second.
+/// Prints an activity that takes long, unless dropped within a second.
 pub struct SlowNotice {
     _dropped: Sender<()>,
 }
 
 impl SlowNotice {
-    /// Begins to wait.
+    /// Starts the delay.
     pub fn new(what: String) -> Self {
         SlowNotice::after(PATIENCE, move || note(&format!("{what} ...")))
     }
@@ -33,10 +33,10 @@ impl SlowNotice {
     }
 }
 
-/// A line on the terminal that shows progress, until Ctrl-C cancels the work; silent where the
-/// standard error is not a terminal.
+/// A progress line on the terminal, until Ctrl-C cancels the work; silent if standard error is not
+/// a terminal.
 pub struct Terminal {
-    /// The line.
+    /// The progress bar.
     pub bar: ProgressBar,
     interrupt: Interrupt,
     show: Show,
@@ -46,7 +46,7 @@ pub struct Terminal {
 type Show = fn(&ProgressBar, &Progress);
 
 impl Terminal {
-    /// An empty line, which shows what is being done.
+    /// Returns an empty line, which shows the current activity.
     pub fn new() -> Self {
         Terminal::of(ProgressBar::new_spinner(), "{spinner} {elapsed} {msg}", |bar, progress| {
             let Progress { now, done, left, .. } = progress;
@@ -59,7 +59,7 @@ impl Terminal {
         })
     }
 
-    /// A line of a template, shown in another way.
+    /// Returns a line with another template and another display.
     pub fn of(bar: ProgressBar, template: &str, show: Show) -> Self {
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
@@ -86,15 +86,15 @@ impl Drop for Terminal {
     }
 }
 
-/// How far steps that are counted are, with an estimate of the rest; shown after a second, and only
-/// on a terminal.
+/// Progress of counted steps, with an estimate of the remaining time; shown after a second, and
+/// only on a terminal.
 pub struct Steps {
     bar: ProgressBar,
     shown: bool,
 }
 
 impl Steps {
-    /// So many of what is done.
+    /// Creates the progress of `count` steps of `what`.
     pub fn new(count: u64, what: &str) -> Self {
         let bar = ProgressBar::with_draw_target(Some(count), ProgressDrawTarget::hidden());
         let template = "{msg} {wide_bar} {percent} % {elapsed}, about {eta} left";
@@ -105,7 +105,7 @@ impl Steps {
         Steps { bar, shown: is_quiet() }
     }
 
-    /// Says that so many are done.
+    /// Sets the number of completed steps.
     pub fn tell(&mut self, done: u64) {
         if !self.shown && PATIENCE <= self.bar.elapsed() {
             self.shown = true;

@@ -1,4 +1,4 @@
-//! Looks of bodies: what they seem to be made of, colours, pattern.
+//! Looks of bodies: finish, colours, pattern.
 
 use super::change;
 use crate::panel::{heading, left_label, listed, slider};
@@ -11,7 +11,7 @@ use msd_render::{back_colour, body_colour};
 use msd_run::on;
 use msd_scene::schema::Finish;
 
-/// Controls for how the selected bodies look, while they are wanted.
+/// Shows the controls for the look of the selected bodies, if they are open.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let Some(now) = viewer.session.look_values().filter(|_| viewer.layout.looks) else { return };
     heading(ui, "Look");
@@ -48,7 +48,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     edits.into_iter().for_each(|edit| viewer.session.edit_look(edit));
 }
 
-/// The colours of the first of the selected bodies, to be set for all of them.
+/// Shows the colours of the first selected body; an edit sets them for all selected bodies.
 fn colours(ui: &mut Ui, viewer: &mut Viewer, now: &LookValues) -> Option<LookEdit> {
     let body = now.body;
     let shown = on!(viewer.session.runner(), simulation => {
@@ -68,7 +68,7 @@ fn colours(ui: &mut Ui, viewer: &mut Viewer, now: &LookValues) -> Option<LookEdi
     .inner
 }
 
-/// A field of a colour, which opens a picker; returns a new colour.
+/// Shows a colour button that opens a picker; returns a new colour.
 fn well(ui: &mut Ui, name: &str, colour: [f32; 3]) -> (Response, Option<[f32; 3]>) {
     let now @ [red, green, blue] = bytes(colour);
     let response = field(ui, now, [44.0, 16.0]);
@@ -79,9 +79,9 @@ fn well(ui: &mut Ui, name: &str, colour: [f32; 3]) -> (Response, Option<[f32; 3]
     (response, picked.map(|bytes| bytes.map(|part| f32::from(part) / 255.0)))
 }
 
-/// Some colours to choose from, and a slider for each part of one; returns a new colour.
+/// Shows a palette and a slider for each component; returns a new colour.
 ///
-/// That of egui has a sign on it which its small font lacks.
+/// egui's own picker has a symbol that the small font lacks.
 fn picker(ui: &mut Ui, now: [u8; 3]) -> Option<[u8; 3]> {
     let mut picked = None;
     ui.horizontal(|ui| {
@@ -103,7 +103,7 @@ fn picker(ui: &mut Ui, now: [u8; 3]) -> Option<[u8; 3]> {
     picked.or((mixed != now).then_some(mixed))
 }
 
-/// A button of a colour.
+/// Shows a button filled with a colour.
 fn field(ui: &mut Ui, [red, green, blue]: [u8; 3], size: [f32; 2]) -> Response {
     let colour = Color32::from_rgb(red, green, blue);
     ui.add(Button::new("").fill(colour).min_size(size.into()))
@@ -113,7 +113,7 @@ fn bytes(colour: [f32; 3]) -> [u8; 3] {
     colour.map(|part| (part * 255.0).round() as u8)
 }
 
-/// A choice by name; returns what was chosen.
+/// Shows a choice by name; returns the chosen value.
 fn choice<T: Copy + PartialEq>(
     ui: &mut Ui,
     (label, text): (&str, &str),

@@ -1,5 +1,5 @@
-//! Sliders for the material of bodies, in the units of an engineer where they are made of one, for
-//! the world and for the wind.
+//! Sliders for world, wind and the material of bodies, in engineering units if a body has a
+//! material.
 
 mod looks;
 
@@ -14,10 +14,10 @@ use msd_scene::schema::find;
 use msd_study::quantity::{quantity, read};
 use std::ops::RangeInclusive;
 
-/// The units of numbers that go over so many decades that they need prefixes.
+/// Units that span many decades, and so need prefixes.
 const PREFIXED: [&str; 4] = ["N/m", "Pa", "s", "m"];
 
-/// What sliders mean that are not of a key of a scene, and their units, by their names.
+/// Hovers and units of sliders without a key of a scene, by their labels.
 const OWN: [(&str, &str, &str); 5] = [
     ("Its size", "Of a square, a stripe or a thread; 0 for one that suits the body", "m"),
     ("Rest length", "Length of the springs at rest, times that of the scene", " ×"),
@@ -26,7 +26,7 @@ const OWN: [(&str, &str, &str); 5] = [
     ("Friction", "Friction of planes and solids, by the law below", ""),
 ];
 
-/// What a slider means and its unit: those of a key of a scene, or its own.
+/// Returns hover and unit of a slider: those of its key, or its own.
 fn meaning(label: &str, key: &str) -> (String, String) {
     let own = || OWN.into_iter().find(|(name, ..)| *name == label);
     match (find(key), own()) {
@@ -39,7 +39,7 @@ fn meaning(label: &str, key: &str) -> (String, String) {
     }
 }
 
-/// Sliders for material and world.
+/// Shows the sliders for material and world.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let Layout { looks, landmarks, .. } = &mut viewer.layout;
     heading_with(ui, "Material", |ui| {
@@ -56,7 +56,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         viewer.layout.landmarks.insert("stiffness", rect);
     }
     ui.horizontal(|ui| {
-        // All three fit into the width of the panel.
+        // Small gaps, so that all three fit into the width of the panel.
         ui.spacing_mut().item_spacing.x = 3.0;
         let hover = "Make the current shape the rest shape (F)";
         if ui.button("Freeze shape").on_hover_text(hover).clicked() {
@@ -79,7 +79,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     wind(ui, viewer);
 }
 
-/// Chooses what the sliders act on, where there is a choice.
+/// Shows the selection of bodies for the sliders, if there are several.
 fn bodies(ui: &mut Ui, session: &mut Session) {
     let names: Vec<String> = on!(session.runner(), simulation => {
         simulation.model().bodies().iter().map(|body| body.name.clone()).collect()
@@ -111,8 +111,8 @@ fn bodies(ui: &mut Ui, session: &mut Session) {
     });
 }
 
-/// A slider of a key of a scene, or of its own without one, logarithmic from `least` on; returns a
-/// new value.
+/// Shows a slider for a key of a scene, or for its own number, logarithmic from `least` on; returns
+/// a new value.
 fn change(
     ui: &mut Ui,
     (label, key): (&str, &str),
@@ -122,21 +122,21 @@ fn change(
 ) -> (Option<f64>, Rect) {
     let (about, unit) = meaning(label, key);
     let mut number = value.first;
-    // A smaller number than the least would become zero.
+    // Fewer decimals would round the least value to zero.
     let decimals = if 0.0 < least { 3.max((-least.log10()).ceil() as usize) } else { 2 };
-    // A scene may be outside the range of the slider: only what the user drags is kept inside.
+    // A scene may exceed the range of the slider: only edits are clamped.
     let widget = Slider::new(&mut number, range)
         .clamping(SliderClamping::Edits)
         .logarithmic(0.0 < least)
         .smallest_positive(least.max(1e-9))
         .max_decimals(decimals);
     let widget = match PREFIXED.into_iter().find(|prefixed| *prefixed == unit) {
-        // The number of the first would pass for that of all.
+        // The first value would look like the value of all bodies.
         _ if value.mixed => widget.custom_formatter(|_, _| "mixed".to_owned()),
         None => widget.suffix(unit),
         Some(unit) => {
             widget.custom_formatter(move |value, _| quantity(value, unit)).custom_parser(
-                // The keyboard may only pass by: fewer digits are shown than are set.
+                // If the focus only passes, the text must not round the value: it has fewer digits.
                 move |text| match text == quantity(value.first, unit) {
                     true => Some(value.first),
                     false => read(text, unit),
@@ -151,7 +151,7 @@ fn change(
     (response.changed().then_some(number), response.rect)
 }
 
-/// Sliders of a body that is made of a material; returns where that of its modulus is.
+/// Shows the sliders of a body with a material; returns the place of its modulus.
 fn material(ui: &mut Ui, session: &mut Session, made: Made) -> Rect {
     let number = |first: f64| MixedValue { first, mixed: false };
     let mut rect = names(ui, session, made);
@@ -194,7 +194,7 @@ fn material(ui: &mut Ui, session: &mut Session, made: Made) -> Rect {
     rect
 }
 
-/// Whether the selected bodies meet others.
+/// Shows whether the selected bodies collide with others.
 fn touch(ui: &mut Ui, Viewer { session, layout, .. }: &mut Viewer) {
     let TouchValues { mut on, thickness, .. } = session.touch_values();
     let is_mixed = !on && thickness.is_some();
@@ -207,7 +207,7 @@ fn touch(ui: &mut Ui, Viewer { session, layout, .. }: &mut Viewer) {
     }
 }
 
-/// Sliders of how the selected bodies meet others.
+/// Shows the contact sliders of the selected bodies.
 fn touching(ui: &mut Ui, session: &mut Session) {
     let now = session.touch_values();
     let TouchValues { thickness: Some(thickness), friction, restitution, .. } = now else {
@@ -224,7 +224,7 @@ fn touching(ui: &mut Ui, session: &mut Session) {
     touching_with(ui, session);
 }
 
-/// Chooses a body that the selected one meets, and sets how the two meet.
+/// Shows the bodies that the selected one collides with, and the settings for one of these pairs.
 fn touching_with(ui: &mut Ui, session: &mut Session) {
     let partners = session.touch_partners();
     if partners.is_empty() {
@@ -267,11 +267,11 @@ fn touching_with(ui: &mut Ui, session: &mut Session) {
     edits.for_each(|edit| session.edit_touch(edit));
 }
 
-/// Chooses a material by name, with its source; returns where that is.
+/// Shows the choice of a material by name, with its source; returns its place.
 fn names(ui: &mut Ui, session: &mut Session, made: Made) -> Rect {
     let fits = |named: &&Named| match named.numbers {
         Numbers::Uniform { .. } => made.young.is_some(),
-        // Of a fabric there is one in the list: nothing to choose.
+        // There is a single fabric in the list, so there is no choice.
         Numbers::Fabric { .. } => made.young.is_none() && made.material == Some(named.name),
     };
     let text = made.material.unwrap_or("own numbers");
@@ -299,7 +299,7 @@ fn names(ui: &mut Ui, session: &mut Session, made: Made) -> Rect {
     .inner
 }
 
-/// Who measured a material, and what.
+/// Returns the source of a material and its remarks.
 fn about(named: &Named) -> String {
     format!("{}\n{}", named.source, named.remarks)
 }
@@ -367,7 +367,7 @@ fn world(ui: &mut Ui, session: &mut Session) {
     laws(ui, session, friction);
 }
 
-/// Chooses the law of friction; both take a number from 0 to 1 alike.
+/// Shows the choice of a law of friction; both take a number from 0 to 1.
 fn laws(ui: &mut Ui, session: &mut Session, friction: Friction) {
     ui.horizontal(|ui| {
         ui.add_space(super::COLUMN + 6.0);
@@ -387,7 +387,7 @@ fn laws(ui: &mut Ui, session: &mut Session, friction: Friction) {
     });
 }
 
-/// A force on every particle, steady or in gusts; where it comes from, once there is one.
+/// Shows the strength of the wind and, while it blows, its heading and gusts.
 fn wind(ui: &mut Ui, Viewer { session, layout, .. }: &mut Viewer) {
     let now = session.wind();
     let mut wanted = now;

@@ -1,4 +1,4 @@
-//! The box over a run that stopped by itself: what happened, and the ways out.
+//! The box over a diverged run: cause and recovery options.
 
 use crate::panel::{solver, theme};
 use crate::session::Session;
@@ -7,7 +7,7 @@ use egui::{Align2, Area, Frame, Order, RichText, Ui, pos2};
 use msd_run::rescue::{LASTING, Offer, Origin, Remedy};
 use msd_study::quantity::{estimate, quantity, rounded};
 
-/// What happened, how far the step is from the limit, and the ways out that were found.
+/// Shows the cause, the substep relative to the limit, and the recovery options.
 pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
     viewer.layout.landmarks.remove("way out");
     let Some(failure) = viewer.session.failure().cloned() else { return };
@@ -30,7 +30,7 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
     });
 }
 
-/// The substep and the limit, as the panel has them.
+/// Shows the substep and the limit, as in the panel.
 fn limit(ui: &mut Ui, session: &Session) {
     let substep = quantity(session.runner().settings().substep(), "s");
     let (text, colour) = solver::light(session);
@@ -44,7 +44,7 @@ fn limit(ui: &mut Ui, session: &Session) {
     ui.label(RichText::new(text).color(colour));
 }
 
-/// A button for each way out.
+/// Shows a button for each recovery option.
 fn offers(ui: &mut Ui, viewer: &mut Viewer) {
     let offers = viewer.session.offers().to_vec();
     let mut chosen = None;
@@ -68,7 +68,7 @@ fn offers(ui: &mut Ui, viewer: &mut Viewer) {
     }
 }
 
-/// What a button says.
+/// Returns the label of a button.
 fn title(session: &Session, offer: &Offer) -> String {
     let what = match offer.remedy {
         Remedy::Back => format!("Back {}", estimate(session.way_back(), "s")),
@@ -85,15 +85,15 @@ fn title(session: &Session, offer: &Offer) -> String {
     what + &price.unwrap_or_default() + if offer.is_tried { "" } else { " (predicted)" }
 }
 
-/// What a way out costs, in seconds of work per second that is simulated: with its baseline, as the
-/// run that blew up has no price to compare with.
+/// Formats the cost of an option, seconds of work per simulated second: an absolute one, as there
+/// is no valid cost of the diverged run.
 fn price(cost: f64) -> String {
     let share = rounded(100.0 * cost, 2);
     let late = if cost <= 1.0 { "" } else { ": slower than real time" };
     format!(", takes {share} % of real time{late}")
 }
 
-/// What a way out does, and how sure it is.
+/// Explains an option, and whether it was tried.
 fn explanation(offer: &Offer) -> String {
     let what = match offer.remedy {
         Remedy::Back => "An earlier state, and the settings of now",

@@ -1,4 +1,4 @@
-//! The gallery over the 3D view: a field for a path, and the scenes with their pictures.
+//! The gallery over the 3D view: a field for a path, and thumbnails of the scenes.
 
 use crate::panel::{scroll, theme};
 use crate::viewer::{Picture, Viewer};
@@ -6,14 +6,14 @@ use egui::{Align2, Button, Grid, Image, Response, RichText, ScrollArea, TextEdit
 use std::path::Path;
 use std::time::Duration;
 
-/// Size of a picture, points.
+/// Size of a thumbnail, points.
 const PICTURE: egui::Vec2 = vec2(144.0, 90.0);
-/// Width of a picture with its frame, points.
+/// Width of a thumbnail with its frame, points.
 const CELL: f32 = 162.0;
-/// How long until the next picture is drawn.
+/// Delay before the next thumbnail is rendered.
 const SOON: Duration = Duration::from_millis(60);
 
-/// The gallery, while it is open.
+/// Shows the gallery, if it is open.
 pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
     let Some(mut gallery) = viewer.layout.gallery.take() else { return };
     if gallery.is_busy() {
@@ -66,16 +66,16 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
             });
         });
     });
-    // The scene behind it gets no keys, so this one closes it here.
+    // The shortcuts of the view do not apply here, so the gallery handles Esc itself.
     open &= !ui.input(|input| input.key_pressed(egui::Key::Escape));
-    // A path that cannot be opened stays, to be mended.
+    // A path that cannot be opened stays, for corrections.
     let is_done = wanted.is_some_and(|name| viewer.open_named(&name)) || !open;
     if !is_done {
         viewer.layout.gallery = Some(gallery);
     }
 }
 
-/// A scene with its picture.
+/// Shows a scene with its thumbnail.
 fn entry(ui: &mut Ui, picture: &Picture) -> Response {
     let short = Path::new(&picture.name).file_name().map(|name| name.to_string_lossy());
     let name = short.unwrap_or(picture.name.as_str().into()).into_owned();

@@ -1,4 +1,4 @@
-//! The guide in a corner of the 3D view: the sentence of the present step, never in the way.
+//! The tour in a corner of the 3D view: the sentence of the current step.
 
 use crate::panel::theme;
 use crate::viewer::{GuideStep, Viewer};
@@ -8,7 +8,7 @@ use std::time::Duration;
 /// Width of the sentence, points.
 const WIDTH: f32 = 250.0;
 
-/// The guide, while it is offered.
+/// Shows the tour, if it is open.
 pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
     let Some(mut guide) = viewer.layout.guide else { return };
     let real = f64::from(ui.input(|input| input.unstable_dt));

@@ -1,4 +1,4 @@
-//! Boxes over the 3D view: that of a run that stopped by itself, the gallery and the guide.
+//! Boxes over the 3D view: divergence, gallery and tour.
 
 mod failure;
 mod gallery;
@@ -7,7 +7,7 @@ mod guide;
 use crate::viewer::Viewer;
 use egui::Ui;
 
-/// Shows those that are there.
+/// Shows the open boxes.
 pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
     failure::show(ui, viewer);
     gallery::show(ui, viewer);

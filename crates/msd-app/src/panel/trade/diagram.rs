@@ -1,5 +1,5 @@
-//! The diagram of error against cost: what was measured, the best of it as a line, the present
-//! setting as a ring.
+//! The diagram of error against cost: the trials, the Pareto front as a line, the current setting
+//! as a ring.
 
 use crate::panel::axes::still_plot;
 use crate::panel::theme;
@@ -16,7 +16,7 @@ use msd_study::quantity::{estimate, rounded};
 use msd_study::trial::Trial;
 use msd_study::words::told;
 
-/// The colour of a method: that of its line in a report on dark ground.
+/// Returns the colour of a method, the same as in a report on a dark background.
 pub(super) fn colour(integrator: Integrator) -> Color32 {
     let (red, green, blue) = match integrator {
         Integrator::ExplicitEuler => (150, 150, 151),
@@ -32,7 +32,7 @@ pub(super) fn colour(integrator: Integrator) -> Color32 {
     Color32::from_rgb(red, green, blue)
 }
 
-/// The methods that were measured, each in its colour.
+/// Shows the measured methods, each in its colour.
 pub(super) fn legend(ui: &mut Ui, study: &Study) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 6.0;
@@ -45,7 +45,7 @@ pub(super) fn legend(ui: &mut Ui, study: &Study) {
     });
 }
 
-/// The diagram; empty axes where nothing was measured yet.
+/// Shows the diagram; empty axes before the first trial.
 pub(super) fn show(ui: &mut Ui, study: Option<&Study>, now: Option<Choice>) {
     let trials = study.map_or(&[][..], |study| &study.trials);
     let names: Vec<String> = trials.iter().map(told).collect();
@@ -99,21 +99,21 @@ pub(super) fn show(ui: &mut Ui, study: Option<&Study>, now: Option<Choice>) {
     });
 }
 
-/// A logarithmic axis with numbers in words.
+/// Returns a logarithmic axis with formatted tick labels.
 fn axis(hints: AxisHints<'_>, words: fn(f64) -> String) -> AxisHints<'_> {
-    // Points between ticks from which on numbers are shown, faint and in full.
+    // Distances between ticks, points, at which labels appear faint and in full.
     let hints = hints.label_spacing(Rangef::new(9.0, 14.0));
     hints.formatter(move |mark, _| words(10f64.powf(mark.value)))
 }
 
-/// Where a trial is in the diagram: decades of milliseconds per frame, and of metres, none below
-/// what the reference is known to.
+/// Returns the coordinates of a trial: decades of milliseconds per frame, and of metres, at least
+/// the uncertainty of the reference.
 fn place(trial: &Trial, least: f64) -> [f64; 2] {
-    // Where the reference is exact an error of nothing has no logarithm either.
+    // With an exact reference, an error may be zero, which has no logarithm.
     [(1e3 * FRAME * trial.cost).log10(), trial.error().max(least).max(1e-18).log10()]
 }
 
-/// Lines at every power of ten, and at 2 and 5 times it where there is room.
+/// Returns lines at every power of ten, and at 2 and 5 times it if there is space.
 fn decades(input: GridInput) -> Vec<GridMark> {
     let (low, high) = input.bounds;
     let mut marks = Vec::new();

@@ -1,4 +1,4 @@
-//! The trade of speed for accuracy: the diagram, the ways to choose by it, the worth of the parts.
+//! The trade-off between accuracy and cost: diagram, choice of a setting, and model terms.
 
 mod diagram;
 mod parts;
@@ -18,16 +18,16 @@ use std::time::Duration;
 
 /// Height of the panel, points.
 const HEIGHT: f32 = 236.0;
-/// Width of the controls and of the worth of the parts, points.
+/// Width of the controls and of the model terms, points.
 const SIDE: f32 = 226.0;
 /// Width of a scroll bar, points.
 const BAR: f32 = 10.0;
-/// The least width of the diagram beside them, points.
+/// Least width of the diagram between them, points.
 const DIAGRAM: f32 = 180.0;
-/// How often the panel looks for new points, seconds.
+/// Interval between checks for new points, seconds.
 const LOOK: f64 = 0.2;
 
-/// The switch of the panel.
+/// Shows the button that opens the panel.
 pub(super) fn switch(ui: &mut Ui, viewer: &mut Viewer) {
     let mut on = viewer.session.trade().is_on();
     let button = Button::new("Trade: error against cost").selected(on);
@@ -41,7 +41,7 @@ pub(super) fn switch(ui: &mut Ui, viewer: &mut Viewer) {
     }
 }
 
-/// The panel, while it is on.
+/// Shows the panel, if it is open.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer, frame: egui::Frame) {
     if !viewer.session.trade().is_on() {
         return;
@@ -51,7 +51,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer, frame: egui::Frame) {
         let width = ui.available_width();
         let rest = width - 2.0 * SIDE - 24.0;
         if rest < DIAGRAM {
-            // One below the other: side by side the last would be out of the window.
+            // One below the other: side by side, the last one would leave the window.
             return column(ui, "trade", width, |ui| stacked(ui, viewer));
         }
         ui.ctx().request_repaint_after(Duration::from_secs_f64(LOOK));
@@ -64,7 +64,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer, frame: egui::Frame) {
     });
 }
 
-/// What the panel has, one below the other, while it is on.
+/// Shows the contents of the panel, one below the other, if it is open.
 pub(super) fn stacked(ui: &mut Ui, viewer: &mut Viewer) {
     if viewer.session.trade().is_on() {
         ui.ctx().request_repaint_after(Duration::from_secs_f64(LOOK));
@@ -85,14 +85,14 @@ fn figure(ui: &mut Ui, width: f32, viewer: &Viewer, report: Option<&Report<Study
 fn column(ui: &mut Ui, name: &str, width: f32, contents: impl FnOnce(&mut Ui)) {
     ui.allocate_ui(vec2(width, HEIGHT - 20.0), |ui| {
         ui.set_width(width);
-        // Beside what it scrolls, not over it.
+        // The scroll bar beside the contents, not over them.
         ui.spacing_mut().scroll.floating_allocated_width = BAR;
         let area = ScrollArea::vertical().id_salt(name).auto_shrink([false, false]);
         crate::panel::scroll(ui, area, |ui| ui.vertical(contents));
     });
 }
 
-/// What is studied, and the ways to choose.
+/// Shows the subject of the study, and the ways to choose.
 fn choices(ui: &mut Ui, viewer: &mut Viewer, report: Option<&Report<Study>>) {
     heading(ui, "Trade");
     let Viewer { session, layout: Layout { landmarks, .. }, .. } = viewer;
@@ -116,7 +116,7 @@ fn choices(ui: &mut Ui, viewer: &mut Viewer, report: Option<&Report<Study>>) {
     if let Some(why) = session.fault_of_adopted() {
         small(ui, &format!("not sound from the state that it was taken in: {why}"), theme::BAD);
     }
-    // Below the controls, which are not to move with the lines that it takes.
+    // Below the controls, which must not move with the number of lines.
     small(ui, &progress, theme::FAINT);
     for line in caveats(study) {
         small(ui, &line, theme::FAINT);
@@ -131,7 +131,7 @@ fn small(ui: &mut Ui, text: &str, colour: egui::Color32) {
     ui.label(RichText::new(text).small().color(colour));
 }
 
-/// Where the study starts, and whether it rests; returns where the button for that is.
+/// Shows the start of the study, and the pause button; returns the place of that button.
 fn origin(ui: &mut Ui, session: &mut Session) -> Rect {
     let row = ui.horizontal(|ui| {
         let from = session.trade().from();
@@ -160,7 +160,7 @@ fn origin(ui: &mut Ui, session: &mut Session) -> Rect {
     row.inner
 }
 
-/// How far the study is, in words.
+/// Describes the progress of the study.
 fn progress(session: &Session, report: Option<&Report<Study>>) -> String {
     let trade = session.trade();
     let Some(report) = report else { return "waiting until the scene is left alone…".into() };
@@ -183,7 +183,7 @@ fn progress(session: &Session, report: Option<&Report<Study>>) -> String {
     }
 }
 
-/// The slider along the best trade-offs; returns where it is, and what was chosen.
+/// Shows the slider along the Pareto front; returns its place, and the chosen setting.
 fn along_the_front(
     ui: &mut Ui,
     session: &Session,
@@ -198,14 +198,14 @@ fn along_the_front(
     let hover = "Walks along the best of what was measured: method, substeps and precision follow";
     let response = ui.add(widget).labelled_by(name.id).on_hover_text(hover);
     let chosen = study.trials[front[place]].choice;
-    // A setting beside the front is shown at a place of it, where the hand may mean that one.
+    // A setting off the front is shown at a nearby place, and the user may want the one there.
     let is_meant = response.changed() || response.drag_stopped();
     let is_new = Some(chosen) != choice_of(session.runner());
     Some((response.rect, (is_meant && is_new).then_some(chosen)))
 }
 
-/// Where a choice is on the front: at its own place, or at that of the cheapest as good; of one not
-/// measured at the start.
+/// Returns the place of a choice on the front, or of the cheapest one with at most its error; 0 if
+/// it was not measured.
 fn place_on(study: &Study, front: &[usize], now: Option<Choice>) -> usize {
     let trial = now.and_then(|now| study.trials.iter().find(|trial| trial.choice == now));
     let Some(trial) = trial else { return 0 };
@@ -214,11 +214,11 @@ fn place_on(study: &Study, front: &[usize], now: Option<Choice>) -> usize {
     own.or_else(as_good).unwrap_or(front.len() - 1)
 }
 
-/// The fields that search by an error or by a cost, and what came of it; returns where the first
-/// one is, and the button that ends a search while there is one.
+/// Shows the fields that search by error or by cost, and the result. Returns the places of the
+/// first field and of the stop button.
 fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> (Rect, Option<Rect>) {
     let memory = egui::Id::unique("within");
-    // What was typed, and whether it is to be searched for.
+    // The values in the fields, and whether a search for them is due.
     type Fields = ([f64; 2], [bool; 2]);
     let known = ui.data(|data| data.get_temp::<Fields>(memory));
     let begin = || ([1e3 * study.wanted, 1e3 * FRAME / 4.0], [false; 2]);
@@ -231,7 +231,7 @@ fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> (Rect, Option<Re
             let speed = 0.02 * fields[row].max(1e-6);
             let widget = DragValue::new(&mut fields[row]).range(1e-9..=1e9).speed(speed);
             let widget = widget.custom_formatter(|value, _| rounded(value, 3)).suffix(unit);
-            // Esc leaves the field as it was.
+            // Esc restores the value of the field.
             let widget = widget.update_while_editing(false);
             let hover = [
                 "Searches for the cheapest setting within this error, as msd tune does, tries it \
@@ -242,7 +242,7 @@ fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> (Rect, Option<Re
             let response = ui.add(widget).labelled_by(name.id).on_hover_text(hover);
             places[row] = response.rect;
             changed[row] |= response.changed();
-            // Not while it is dragged or typed.
+            // Not during a drag or while the user types.
             let is_done = !response.dragged() && !response.has_focus();
             if changed[row] && is_done {
                 changed[row] = false;
@@ -266,7 +266,7 @@ fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> (Rect, Option<Re
     (places[0], stop)
 }
 
-/// The present setting beside what was measured of it.
+/// Compares the current setting with the measurements.
 fn present(session: &Session, study: &Study) -> String {
     let Some(now) = choice_of(session.runner()) else {
         return "now: not comparable, as steps or Newton iterations are others than measured"
@@ -286,7 +286,7 @@ fn present(session: &Session, study: &Study) -> String {
     }
 }
 
-/// What to keep in mind of a study.
+/// Returns the limitations of a study.
 fn caveats(study: &Study) -> Vec<String> {
     let mut lines = Vec::new();
     let until = study.reference.reliable_until;

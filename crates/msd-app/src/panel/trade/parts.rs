@@ -1,5 +1,4 @@
-//! The worth of each part of the scene: how much it changes the answer and what it costs, with a
-//! switch where the session can switch it off.
+//! Effect and cost of each model term, with a switch for the terms that can change during a run.
 
 use super::super::{heading, theme};
 use super::small;
@@ -10,7 +9,7 @@ use msd_scene::schema::SolverRow;
 use msd_study::quantity::{estimate, rounded};
 use msd_study::terms::TermRow;
 
-/// The parts, each with a switch, its effect and its price.
+/// Shows the terms, each with a switch, its effect and its cost.
 pub(super) fn show(ui: &mut Ui, session: &mut Session) {
     heading(ui, "What matters here");
     session.look_at_parts();
@@ -33,7 +32,7 @@ pub(super) fn show(ui: &mut Ui, session: &mut Session) {
         let other = if is_double { Precision::F32 } else { Precision::F64 };
         session.tune(SolverRow::precision(other));
     }
-    // What cannot be switched while it runs.
+    // This term cannot be switched during a run.
     if let Some(price) = worth_of(EACH_SPRING) {
         small(ui, &format!("{EACH_SPRING}: {price}"), theme::TEXT);
     }
@@ -45,7 +44,7 @@ pub(super) fn show(ui: &mut Ui, session: &mut Session) {
     }
 }
 
-/// The term that has no switch.
+/// The term without a switch.
 const EACH_SPRING: &str = "values of each spring";
 const OFF_AND_ON: &str = "Off, or as the scene and the sliders have it, while it runs. Springs \
     that are off stay in the run without stiffness and damping: the time is saved by a scene that \
@@ -54,12 +53,12 @@ const PRICE: &str = "Without it, after the time that is studied: how far the par
     where they would be, root mean square, and how much less, or more, time a step takes";
 const PRECISION: &str = "Double precision, f64, or single, f32";
 
-/// A switch with the price beside it; returns whether it was clicked.
+/// Shows a switch with the cost beside it; returns whether it was clicked.
 fn switch(ui: &mut Ui, name: &str, is_on: bool, (hover, price): (&str, Option<String>)) -> bool {
     let mut on = is_on;
     let text = price.unwrap_or_else(|| theme::VOID.into());
     let text = RichText::new(text).small().color(theme::FAINT);
-    // The price beside the switch where there is room.
+    // The cost is beside the switch if there is space.
     ui.horizontal_wrapped(|ui| {
         let is_clicked = ui.checkbox(&mut on, name).on_hover_text(hover).changed();
         ui.add(Label::new(text).extend()).on_hover_text(PRICE);
@@ -68,7 +67,7 @@ fn switch(ui: &mut Ui, name: &str, is_on: bool, (hover, price): (&str, Option<St
     .inner
 }
 
-/// Why there are no prices yet.
+/// Explains why there are no costs yet.
 fn waiting(session: &Session, report: Option<&Report<Vec<TermRow>>>) -> String {
     match report {
         Some(Report { failure: Some(failure), .. }) => format!("no prices: {failure}"),
@@ -77,8 +76,8 @@ fn waiting(session: &Session, report: Option<&Report<Vec<TermRow>>>) -> String {
     }
 }
 
-/// Effect and price of a part, in words: how far the particles are off without it after the time
-/// of a study, root mean square, and its share of a step.
+/// Describes effect and cost of a term: the deviation without it after the time of a study, root
+/// mean square, and its share of a step.
 fn worth(row: &TermRow) -> String {
     let (Some(change), Some(relative), Some(cost)) = (row.change, row.relative, row.cost_percent)
     else {
@@ -88,7 +87,7 @@ fn worth(row: &TermRow) -> String {
         0.0 => "nothing".to_owned(),
         _ => format!("{} ({} %)", estimate(change, "m"), rounded(100.0 * relative, 2)),
     };
-    // Costs of a run repeat within one or two percent.
+    // Costs repeat to within one or two percent.
     let cost = match cost {
         cost if cost.abs() < 2.0 => "no time".to_owned(),
         cost if cost < 0.0 => format!("it saves {:.0} %", -cost),

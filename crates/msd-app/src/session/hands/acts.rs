@@ -1,4 +1,4 @@
-//! The acts of hands on a session: grabs, groups, pins, cuts and wind.
+//! User forces in a session: grabs, groups, pins, cuts and wind.
 
 use super::grab::{Grab, HeldSolid, MOST_HELD, force};
 use crate::session::material::WIND;
@@ -9,9 +9,9 @@ use msd_run::on;
 use msd_scene::Assignment;
 use msd_scene::schema::WindRow;
 
-/// What the user does to particles and springs, one by one.
+/// Interactions of the user with single particles and springs.
 impl Session {
-    /// Takes a particle with the mouse, and with it the group that it is of.
+    /// Grabs a particle with the mouse, together with its group.
     pub fn grab(&mut self, particle: usize, target: DVec3) {
         self.release();
         if !self.grab.group.contains(&particle) {
@@ -24,7 +24,7 @@ impl Session {
         }
     }
 
-    /// Takes a solid with the mouse: from now on it goes where the mouse pulls it.
+    /// Grabs a solid with the mouse, which then sets its motion.
     pub fn grab_solid(&mut self, solid: usize) {
         self.release();
         let held = HeldSolid::new(self.runner(), solid);
@@ -33,8 +33,8 @@ impl Session {
         }
     }
 
-    /// Moves what the mouse holds: the first particle to `target`, the others alike, or the middle
-    /// of a solid.
+    /// Moves the grabbed objects: the first particle to `target` and the others with it, or the
+    /// centre of a solid.
     pub fn move_grab(&mut self, target: DVec3) {
         if let Some(held) = &mut self.grab.solid {
             held.target = target;
@@ -46,7 +46,7 @@ impl Session {
         }
     }
 
-    /// Lets go of what the mouse holds; a particle keeps its velocity, a solid stays where it is.
+    /// Releases the grabbed objects; a particle keeps its velocity, a solid stops.
     pub fn release(&mut self) {
         if let Some(held) = self.grab.solid {
             self.act(held.rest(self.run.runner()));
@@ -64,8 +64,8 @@ impl Session {
         self.act_all(&all);
     }
 
-    /// Chooses the particles that are taken together when one of them is: at most
-    /// [`MOST_HELD`], evenly chosen where there are more.
+    /// Selects the particles that a grab takes together: at most [`MOST_HELD`], evenly chosen if
+    /// there are more.
     pub fn select_group(&mut self, mut particles: Vec<usize>) {
         self.release();
         let count = particles.len();
@@ -84,7 +84,7 @@ impl Session {
         }
     }
 
-    /// Makes a wind, which can be undone; one of strength 0 ends it.
+    /// Sets the wind, which can be undone; strength 0 ends it.
     pub fn set_wind(&mut self, wind: Wind) {
         self.remember(Deed::Wind);
         let row = (wind != self.loaded.wind()).then(|| WindRow::from(wind));
@@ -94,13 +94,13 @@ impl Session {
         self.blow();
     }
 
-    /// Takes the wind from what was set of the scene, or as the scene has it.
+    /// Reads the wind from the edits, or else from the scene.
     pub(in crate::session) fn follow_wind(&mut self) {
         let row = self.material.set().of(WIND).and_then(|edit| edit.read::<WindRow>().ok());
         (self.wind, self.is_blowing) = (row.map_or(self.loaded.wind(), Wind::from), false);
     }
 
-    /// Moves the pins and the solid that are held, and lets the wind act: before each step.
+    /// Moves the grabbed pins and solid and applies the wind, before each step.
     pub(in crate::session) fn before_step(&mut self) {
         let held = self.grab.held.iter();
         let pins = held.filter_map(|held| held.pin_motion(self.run.runner()));
@@ -110,7 +110,7 @@ impl Session {
         self.blow();
     }
 
-    /// Lets the wind act: once where it is new, and before each step where it comes in gusts.
+    /// Applies the wind: once after a change, and before each step if it is gusty.
     pub(in crate::session) fn blow(&mut self) {
         let wind = self.wind;
         if self.is_blowing && !wind.is_gusty() {
@@ -122,19 +122,19 @@ impl Session {
         self.is_blowing = is_so || self.act(Interaction::SetForce { value });
     }
 
-    /// Lets go and selects nothing.
+    /// Releases everything and selects nothing.
     pub fn deselect(&mut self) {
         self.release();
         self.grab = Grab::default();
     }
 
-    /// Selects a particle, if there is one of this number, without holding it.
+    /// Selects a particle, if one with this number exists, without a grab.
     pub fn select_particle(&mut self, particle: Option<usize>) {
         let count = self.runner().particle_count();
         self.grab.selected = particle.filter(|&particle| particle < count);
     }
 
-    /// Pins a free particle where it is, or frees a pinned one.
+    /// Pins a free particle at its position, or frees a pinned one.
     pub fn pin_toggle(&mut self, particle: usize) {
         self.remember(Deed::Pin);
         if self.is_pinned(particle) {
@@ -149,53 +149,53 @@ impl Session {
     }
 }
 
-/// What the user holds.
+/// The objects that the user grabs or selects.
 impl Session {
-    /// The particle held by the mouse; of a group, the one under the pointer.
+    /// Returns the grabbed particle; in a group, the one under the pointer.
     pub fn held(&self) -> Option<usize> {
         self.grab.held.first().map(|held| held.particle)
     }
 
-    /// The solid held by the mouse.
+    /// Returns the grabbed solid.
     pub fn held_solid(&self) -> Option<usize> {
         self.grab.solid.map(|held| held.solid)
     }
 
-    /// Whether the mouse holds anything.
+    /// Returns whether the mouse has grabbed anything.
     pub fn is_holding(&self) -> bool {
         self.held().is_some() || self.grab.solid.is_some()
     }
 
-    /// Where the mouse pulls the held particle or the middle of the held solid to, metres.
+    /// Returns the target of the grabbed particle or of the centre of the grabbed solid, metres.
     pub fn grab_target(&self) -> Option<DVec3> {
         let solid = self.grab.solid.map(|held| held.target);
         solid.or(self.grab.held.first().map(|held| held.target))
     }
 
-    /// The force with which the mouse pulls at all it holds, newtons, at the present state; `None`
-    /// where it holds nothing, or a pin, which no force moves.
+    /// Returns the total force of the mouse in the current state, newtons; `None` without a grab,
+    /// or if a pin is grabbed, which no force moves.
     pub fn grab_force(&self) -> Option<f64> {
         self.held().filter(|&held| !self.is_pinned(held))?;
         Some(on!(self.runner(), simulation => force(simulation)).length())
     }
 
-    /// The particles that are taken together when one of them is.
+    /// Returns the particles that a grab takes together.
     pub fn group(&self) -> &[usize] {
         &self.grab.group
     }
 
-    /// The uniform force of the scene with the mean of a gusty wind, newtons; `None` where the
+    /// Returns the uniform force of the scene with the mean of a gusty wind, newtons; `None` if the
     /// force of the run is steady.
     pub(in crate::session) fn steady_force(&self) -> Option<DVec3> {
         self.wind.is_gusty().then(|| self.loaded.force_in(self.wind.mean(), 0.0))
     }
 
-    /// The wind, of the scene or as it was set.
+    /// Returns the current wind, from the edits or the scene.
     pub fn wind(&self) -> Wind {
         self.wind
     }
 
-    /// The particle that buttons and keys act on.
+    /// Returns the selected particle, which buttons and keys act on.
     pub fn selected(&self) -> Option<usize> {
         self.grab.selected
     }

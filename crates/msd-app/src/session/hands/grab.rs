@@ -1,21 +1,21 @@
-//! The particles that the mouse holds, and those that are selected.
+//! Grabbed and selected particles and solids.
 
 use glam::DVec3;
 use msd_core::obstacles::Placed;
 use msd_core::{Interaction, Model, Real, Simulation, Vector};
 use msd_run::{Runner, on};
 
-/// How fast a whole body follows the mouse, hertz.
+/// Frequency at which a whole body follows the mouse, hertz.
 const BODY_FREQUENCY: f64 = 1.5;
 /// Damping ratio of a whole body on the spring of the mouse.
 const BODY_DAMPING: f64 = 0.7;
 /// The largest force of a grab as a multiple of the weight of the body.
 const STRENGTH: f64 = 30.0;
-/// Weight is reckoned with at least this gravity, m/s²: things that float can be thrown too.
+/// Least gravity in the weight of a body, m/s²: so that floating bodies can be thrown too.
 const LEAST_GRAVITY: f64 = 9.82;
-/// The most particles that are held at once: each is an interaction whenever the pointer moves.
+/// Largest number of particles in a grab: each is an interaction whenever the pointer moves.
 pub const MOST_HELD: usize = 256;
-/// Part of the way to the target that a pin or a solid moves in one step.
+/// Part of the way to the target that a grabbed pin or solid moves in one step.
 const PIN_PULL: f64 = 0.25;
 
 /// A particle on the spring of the mouse.
@@ -23,7 +23,7 @@ const PIN_PULL: f64 = 0.25;
 pub struct Held {
     /// The particle.
     pub particle: usize,
-    /// Where it is pulled to, metres.
+    /// Target of the spring, metres.
     pub target: DVec3,
     frequency: f64,
     damping_ratio: f64,
@@ -31,11 +31,11 @@ pub struct Held {
 }
 
 impl Held {
-    /// A grab that is, with `others` of the same body held alike, strong enough for that body.
+    /// Returns a grab that, with `others` of the same body alike, is strong enough for the body.
     ///
-    /// The spring of a grab is given by the frequency f of the single particle of mass m. n of them
-    /// are to carry a body of mass M at frequency F: n m f² = M F², so f = F √(M / (n m)). Damping
-    /// ratios scale alike. The core caps both by the substep.
+    /// The frequency f of a single particle of mass m defines the spring of a grab. n such
+    /// particles carry a body of mass M at frequency F: n m f² = M F², so f = F √(M / (n m)).
+    /// Damping ratios scale alike. The substep limits both in msd-core.
     fn new<R: Real>(model: &Model<R>, particle: usize, target: DVec3, others: &[usize]) -> Self {
         let masses = model.masses();
         let bodies = model.bodies().iter().map(|body| body.particles.clone());
@@ -55,7 +55,7 @@ impl Held {
         }
     }
 
-    /// The grab as the simulation takes it.
+    /// Returns the interaction of this grab.
     pub(in crate::session) fn interaction(&self) -> Interaction {
         Interaction::Grab {
             particle: self.particle,
@@ -66,8 +66,8 @@ impl Held {
         }
     }
 
-    /// How a held pin moves in the next step: no force moves it, so the mouse gives it a velocity.
-    /// `None` for a particle that is not pinned.
+    /// Returns the motion of a grabbed pin in the next step. No force moves a pin, so the mouse
+    /// sets its velocity. `None` for a particle that is not pinned.
     pub(in crate::session) fn pin_motion(&self, runner: &Runner) -> Option<Interaction> {
         let Held { particle, target, .. } = *self;
         let (is_pinned, position) = on!(runner, simulation => {
@@ -78,37 +78,37 @@ impl Held {
     }
 }
 
-/// A solid that the mouse holds.
+/// A grabbed solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeldSolid {
     /// The solid.
     pub solid: usize,
-    /// Where its middle is pulled to, metres.
+    /// Target of its centre, metres.
     pub target: DVec3,
 }
 
 impl HeldSolid {
-    /// A solid held where it is.
+    /// Returns a grab of a solid at its current position.
     pub(in crate::session) fn new(runner: &Runner, solid: usize) -> Self {
         HeldSolid { solid, target: place(runner, solid).0 }
     }
 
-    /// How it moves in the next step: nothing moves a solid but the velocity that it is given. It
-    /// turns on as it did.
+    /// Returns its motion in the next step: the mouse sets its velocity, as no force moves a solid,
+    /// and keeps its spin.
     pub(in crate::session) fn motion(&self, runner: &Runner) -> Interaction {
         let (position, spin) = place(runner, self.solid);
         let velocity = (self.target - position) * (PIN_PULL / runner.settings().step);
         Interaction::MoveSolid { solid: self.solid, position, velocity, spin }
     }
 
-    /// How it is left: where it is.
+    /// Returns the interaction that leaves the solid at rest at its position.
     pub(in crate::session) fn rest(&self, runner: &Runner) -> Interaction {
         let (position, spin) = place(runner, self.solid);
         Interaction::MoveSolid { solid: self.solid, position, velocity: DVec3::ZERO, spin }
     }
 }
 
-/// The middle of a solid, metres, and its angular velocity, radians per second.
+/// Returns the centre of a solid, metres, and its angular velocity, radians per second.
 fn place(runner: &Runner, solid: usize) -> (DVec3, DVec3) {
     on!(runner, simulation => {
         let placed = Placed::new(&simulation.model().solids()[solid], simulation.time());
@@ -116,22 +116,22 @@ fn place(runner: &Runner, solid: usize) -> (DVec3, DVec3) {
     })
 }
 
-/// What the mouse holds, and what buttons and keys act on.
+/// The grab, and the selection.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Grab {
-    /// The particles that the mouse holds; the first is the one under the pointer.
+    /// The grabbed particles; the first is the one under the pointer.
     pub held: Vec<Held>,
-    /// The solid that the mouse holds; then it holds no particle.
+    /// The grabbed solid, instead of particles.
     pub solid: Option<HeldSolid>,
-    /// The particle that buttons and keys act on.
+    /// The selected particle, which buttons and keys act on.
     pub selected: Option<usize>,
-    /// The particles that are taken together when one of them is taken.
+    /// The particles that a grab takes together.
     pub group: Vec<usize>,
 }
 
 impl Grab {
-    /// Takes a particle, and where it is of the group the whole group, each by the way that leads
-    /// the first to its target.
+    /// Grabs a particle and its whole group, if it has one. Each keeps its offset from the first,
+    /// whose target is given.
     pub(in crate::session) fn hold(
         &self,
         runner: &Runner,
@@ -151,18 +151,18 @@ impl Grab {
         })
     }
 
-    /// What is held, moved so that the first goes to `target`: all keep their places to each other.
+    /// Returns the grab with the first particle at `target`: all keep their relative positions.
     pub(in crate::session) fn moved(&self, target: DVec3) -> Vec<Held> {
         let way = self.held.first().map_or(DVec3::ZERO, |first| target - first.target);
         let to = |(row, held): (usize, &Held)| {
-            // The first exactly, as a sum would round.
+            // The first one exactly: a sum would round.
             let target = if row == 0 { target } else { held.target + way };
             Held { target, ..*held }
         };
         self.held.iter().enumerate().map(to).collect()
     }
 
-    /// Whether an interaction only moves a particle or a solid that is held already.
+    /// Returns whether an interaction only moves a grabbed particle or solid.
     pub(in crate::session) fn moves(&self, interaction: &Interaction) -> bool {
         use Interaction::{Grab, MoveSolid, Pin};
         match interaction {
@@ -175,7 +175,7 @@ impl Grab {
     }
 }
 
-/// The force of all grabs of a simulation at its present state, newtons.
+/// Returns the total force of all grabs of a simulation in its current state, newtons.
 pub(in crate::session) fn force<R: Real>(simulation: &Simulation<R>) -> DVec3 {
     let pull = |grab: &msd_core::Grab<R>| {
         let particle = grab.particle as usize;

@@ -1,4 +1,4 @@
-//! Hands on the run: grabs, and the wind.
+//! User forces: grabs and wind.
 
 mod grab;
 mod acts;

@@ -1,4 +1,4 @@
-//! Looks of bodies: set by hand like a material, they change no bit of the run.
+//! Looks of bodies: edited like a material, without effect on the run.
 
 use super::MixedValue;
 use crate::session::{Deed, Session};
@@ -8,27 +8,27 @@ use msd_scene::keys::Live;
 use msd_scene::schema::Finish;
 use msd_scene::{Assignment, look_row};
 
-/// A part of how the selected bodies look.
+/// An edit of the look of the selected bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LookEdit {
-    /// What they seem to be made of: all but a colour that was chosen.
+    /// Finish, which sets everything but a chosen colour.
     Finish(Finish),
     /// Colour, sRGB, each component from 0 to 1.
     Colour([f32; 3]),
     /// Colour of the other side of sheets, sRGB, each component from 0 to 1.
     Back([f32; 3]),
-    /// From 0, which mirrors, to 1, which is dull.
+    /// Roughness, from 0, a mirror, to 1, dull.
     Roughness(f64),
     /// The share of light that passes thin parts, from 0 to 1.
     Translucency(f64),
-    /// What is repeated along the surface.
+    /// Pattern along the surface.
     Pattern(Pattern),
-    /// Size of the pattern, metres; 0 for a part of the body that suits the pattern.
+    /// Size of the pattern, metres; 0 for a size relative to the body.
     PatternSize(f64),
 }
 
 impl LookEdit {
-    /// What is set, in a word or two.
+    /// Returns the edited property in a word or two.
     pub fn words(self) -> &'static str {
         match self {
             LookEdit::Finish(_) => "look",
@@ -41,7 +41,7 @@ impl LookEdit {
         }
     }
 
-    /// What a body looks like with it.
+    /// Returns the look of a body after the edit.
     fn apply(self, body: &Body) -> Look {
         let mut look = body.look;
         match self {
@@ -57,7 +57,7 @@ impl LookEdit {
             LookEdit::Roughness(roughness) => look.roughness = roughness as f32,
             LookEdit::Translucency(share) => look.translucency = share as f32,
             LookEdit::Pattern(pattern) => {
-                // The size of one pattern is none of another.
+                // The size of the previous pattern does not apply.
                 (look.pattern, look.pattern_size) = (pattern, 0.0);
             }
             LookEdit::PatternSize(size) => look.pattern_size = size as f32,
@@ -66,22 +66,22 @@ impl LookEdit {
     }
 }
 
-/// How the selected bodies look.
+/// Look of the selected bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LookValues {
-    /// The first of them.
+    /// The first of these bodies.
     pub body: usize,
-    /// What they seem to be made of; `None` where their numbers are their own, or differ.
+    /// Their finish; `None` if it is custom, or if they differ.
     pub finish: Option<Finish>,
-    /// From 0, which mirrors, to 1, which is dull.
+    /// Roughness, from 0, a mirror, to 1, dull.
     pub roughness: MixedValue,
     /// The share of light that passes thin parts, from 0 to 1.
     pub translucency: MixedValue,
-    /// What is repeated along their surfaces; `None` where they differ.
+    /// Pattern along their surfaces; `None` if they differ.
     pub pattern: Option<Pattern>,
     /// Size of the pattern, metres; 0 for one that suits the body.
     pub pattern_size: MixedValue,
-    /// Whether any has a surface: without one a colour is all there is.
+    /// Whether any of them has a surface; without one, only the colour applies.
     pub has_surface: bool,
     /// Whether any is a sheet, which has another side.
     pub is_sheet: bool,
@@ -113,19 +113,19 @@ impl LookValues {
     }
 }
 
-/// Whether an edit is of looks alone, and so changes nothing of a run.
+/// Returns whether an interaction only edits a look, and so does not affect the run.
 pub(in crate::session) fn is_look(edit: &Interaction) -> bool {
     matches!(edit, Interaction::SetLook { .. })
 }
 
-/// The same of a key.
+/// Returns the same for a key.
 pub(in crate::session) fn is_of_looks(edit: &Assignment) -> bool {
     edit.live() == Live::Look
 }
 
-/// What the user sets of looks.
+/// Edits of looks.
 impl Session {
-    /// Sets a part of how the selected bodies look.
+    /// Edits the look of the selected bodies.
     pub fn edit_look(&mut self, edit: LookEdit) {
         let begins = self.remember(Deed::Edit(edit.words()));
         let keys = self.selected_bodies(|bodies| {
@@ -139,12 +139,12 @@ impl Session {
         }
     }
 
-    /// How the selected bodies look; `None` where there are no bodies.
+    /// Returns the look of the selected bodies; `None` without bodies.
     pub fn look_values(&self) -> Option<LookValues> {
         self.selected_bodies(LookValues::of)
     }
 
-    /// Reads something of the selected bodies, with their numbers.
+    /// Applies `read` to the selected bodies, with their indices.
     fn selected_bodies<T>(&self, read: impl FnOnce(&[(usize, &Body)]) -> T) -> T {
         let select = self.material.values().select;
         let is_of = |body: usize| select == Select::All || select == Select::Body(body);

@@ -1,4 +1,4 @@
-//! Material and world: what the user has set, and what the sliders show.
+//! Material and world: the user's edits and the values of the sliders.
 
 mod looks;
 
@@ -13,7 +13,7 @@ use msd_run::{Runner, on};
 use msd_scene::materials::{Made, Named};
 use msd_scene::{Assignment, Edits, Loaded};
 
-/// A number of the selected bodies, or of the world, that the user sets.
+/// An edit of the selected bodies, or of the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MaterialEdit {
     /// Mass of each selected particle, kilograms.
@@ -24,15 +24,15 @@ pub enum MaterialEdit {
     Damping(f64),
     /// Rest lengths of the selected springs, as a multiple of the scene's.
     RestScale(f64),
-    /// Young's modulus of a body that is made of a material, pascals.
+    /// Young's modulus of a body that consists of a material, pascals.
     Young(f64),
-    /// Thickness of one that is a sheet, metres.
+    /// Thickness of such a body if it is a sheet, metres.
     Thickness(f64),
-    /// Density of one, kilograms per cubic metre, of a woven sheet per square metre.
+    /// Density of such a body, kilograms per cubic metre; of a woven sheet, per square metre.
     Density(f64),
-    /// Viscosity over modulus of one, seconds.
+    /// Viscosity over modulus of such a body, seconds.
     RelaxationTime(f64),
-    /// The material of one, by name: modulus, density and relaxation time. Its Poisson's ratio
+    /// A named material: its modulus, density and relaxation time. The body's Poisson's ratio
     /// stays.
     Named(&'static Named),
     /// Strength of gravity, metres per second squared; its direction stays.
@@ -44,7 +44,7 @@ pub enum MaterialEdit {
 }
 
 impl MaterialEdit {
-    /// What is set, in a word or two.
+    /// Returns the edited property in a word or two.
     pub fn words(self) -> &'static str {
         match self {
             MaterialEdit::Mass(_) => "mass",
@@ -66,29 +66,29 @@ impl MaterialEdit {
 /// The key of the wind.
 pub(super) const WIND: &str = "world.wind";
 
-/// What was set since the scene was loaded, and the values that resulted.
+/// The edits since the scene was loaded, and the resulting values.
 #[derive(Clone, Debug, Default)]
 pub struct Material {
-    /// What was set of keys of the scene, to be set again after a restart.
+    /// Keys of the scene that were set; a restart sets them again.
     pub(super) set: Edits,
-    /// What the bodies are made of now, and how they are stretched.
+    /// Current materials and rest scales of the bodies.
     pub(super) target: Target,
     values: MaterialValues,
 }
 
 impl Material {
-    /// That of a scene, of which nothing was set yet.
+    /// Returns the unedited material of a scene.
     pub(super) fn of(loaded: &Loaded) -> Self {
         Material { target: Target::written(loaded), ..Material::default() }
     }
 
-    /// What each body is made of now; none of one that is given by masses and springs, nothing
-    /// where no body is known to be made of anything.
+    /// Returns the current material of each body: `None` for a body given by masses and springs, an
+    /// empty slice if no body has a known material.
     pub fn made(&self) -> &[Option<Made>] {
         &self.target.made
     }
 
-    /// The selected body and what it is made of, if it is one that is made of a material.
+    /// Returns the selected body and its material, if it has one.
     pub fn selected(&self) -> Option<(usize, Made)> {
         let body = match (self.values.select, self.made().len()) {
             (Select::Body(body), _) => body,
@@ -98,39 +98,39 @@ impl Material {
         Some((body, (*self.made().get(body)?)?))
     }
 
-    /// What the sliders show.
+    /// Returns the values of the sliders.
     pub fn values(&self) -> &MaterialValues {
         &self.values
     }
 
-    /// Whether anything was set that a restart keeps.
+    /// Returns whether there are edits, which a restart keeps.
     pub fn is_edited(&self) -> bool {
         !self.set.is_empty()
     }
 
-    /// What was set of keys of the scene.
+    /// Returns the keys of the scene that were set.
     pub fn set(&self) -> &Edits {
         &self.set
     }
 
-    /// Sets the wind, or leaves it as the scene has it.
+    /// Sets the wind, or returns it to that of the scene.
     pub(super) fn set_wind(&mut self, edit: Option<Assignment>) {
         self.set.forget(WIND);
         edit.into_iter().for_each(|edit| self.set.set(edit));
     }
 
-    /// Forgets the edits, as the scene is to have its own values again.
+    /// Drops the edits: the scene gets its own values back.
     pub(super) fn forget(&mut self, loaded: &Loaded) {
         self.set.clear();
         self.target = Target::written(loaded);
     }
 
-    /// Chooses what the sliders act on: all, or one body.
+    /// Selects the target of the sliders: all bodies, or one.
     pub(super) fn select(&mut self, select: Select) {
         self.values.select = select;
     }
 
-    /// The keys of the rest lengths that the sliders act on, of a scene of so many bodies.
+    /// Returns the keys of the rest lengths of the selection; `bodies` is the number of bodies.
     fn rest_keys(&self, bodies: usize) -> Vec<String> {
         match self.values.select {
             Select::Body(body) => vec![format!("bodies[{body}].rest_scale")],
@@ -141,7 +141,7 @@ impl Material {
         }
     }
 
-    /// Makes the present rest lengths those that the slider counts from, as they were frozen.
+    /// Makes the current, frozen rest lengths the reference of the slider.
     fn reset_rest_scale(&mut self, bodies: usize) {
         self.rest_keys(bodies).iter().for_each(|key| self.set.forget(key));
         let select = self.values.select;
@@ -150,7 +150,7 @@ impl Material {
         frozen.for_each(|(_, (_, scale))| *scale = 1.0);
     }
 
-    /// What the rest lengths that the sliders act on are multiplied by.
+    /// Returns the factors of the rest lengths of the selection.
     fn rest_scales(&self) -> impl Iterator<Item = f64> + '_ {
         let select = self.values.select;
         let rows = self.target.rest_scales.iter().enumerate();
@@ -165,7 +165,7 @@ impl Material {
         self.values = MaterialValues { rest_scale, ..values };
     }
 
-    /// The keys that an edit of a run of `scene` sets.
+    /// Returns the keys that an edit sets; `scene` is the scene as loaded.
     fn keys(&self, edit: MaterialEdit, runner: &Runner, scene: &Scene) -> Vec<Assignment> {
         let select = self.values.select;
         let of_bodies = |name: &str| match select {
@@ -221,14 +221,14 @@ impl Material {
     }
 }
 
-/// Whether a selection is of the springs of a body, by its number, or of all.
+/// Returns whether a selection includes the springs of the body with this index.
 fn is_of(select: Select, row: usize) -> bool {
     !matches!(select, Select::Body(body) if body != row)
 }
 
-/// What the user sets of material and world.
+/// Edits of material and world.
 impl Session {
-    /// Makes the present lengths of the selected springs their rest lengths.
+    /// Makes the current lengths of the selected springs their rest lengths.
     pub fn freeze(&mut self) {
         self.remember(Deed::Freeze);
         self.act(Interaction::Freeze { springs: self.material.values().select });
@@ -236,7 +236,7 @@ impl Session {
         self.material.read(self.run.runner());
     }
 
-    /// Sets a number of the selected bodies, or of the world.
+    /// Edits the selected bodies, or the world.
     pub fn edit(&mut self, edit: MaterialEdit) {
         let begins = self.remember(Deed::Edit(edit.words()));
         let keys = self.material.keys(edit, self.run.runner(), &self.loaded.scene);
@@ -245,7 +245,7 @@ impl Session {
         }
     }
 
-    /// Sets keys of the scene, in the run too: all or none, and returns whether they were accepted.
+    /// Sets keys of the scene, also in the run; returns whether the run accepted them. All or none.
     pub(super) fn set(&mut self, keys: Vec<Assignment>) -> bool {
         let mut target = self.material.target.clone().of(self.runner());
         let (mut set, mut acts) = (self.material.set.clone(), self.on_again(&keys));
@@ -263,7 +263,7 @@ impl Session {
         acts.extend(off_again(&off, &acts, &self.loaded));
         keep_off(&off, &mut set);
         let accepted = match acts.iter().all(is_look) {
-            // They change nothing that was read.
+            // Looks affect none of the values that were read.
             true => !acts.is_empty() && acts.into_iter().all(|act| self.act(act)),
             false => self.act_all(&acts),
         };
@@ -274,14 +274,14 @@ impl Session {
         accepted
     }
 
-    /// Makes edits that were made elsewhere, as a link holds them: keys but those of the solver.
+    /// Applies edits from a link: all keys but those of the solver.
     pub fn edit_again(&mut self, mut set: Edits) {
         let Session { run, loaded, .. } = self;
         match run.change(|runner| set_all(runner, loaded, &set)) {
             Ok(target) => self.material.target = target,
             Err(refusal) => return self.refusal = Some(refusal),
         }
-        // The run itself says how it is stepped.
+        // The run itself already has the solver.
         set.forget("solver");
         self.material.set = set;
         self.run.change(Runner::calm);
@@ -291,23 +291,23 @@ impl Session {
         self.blow();
     }
 
-    /// Chooses what the sliders of the material act on: all, or one body.
+    /// Selects the target of the material sliders: all bodies, or one.
     pub fn select(&mut self, select: Select) {
         self.material.select(select);
         self.material.read(self.run.runner());
     }
 
-    /// Gives material and world the values of the scene again, and restarts.
+    /// Resets material and world to the values of the scene, and restarts.
     pub fn reset_material(&mut self) {
         self.material.forget(&self.loaded);
         self.restart();
     }
 }
 
-/// A number of the chosen particles or springs.
+/// A property of the selected particles or springs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MixedValue {
-    /// That of the first.
+    /// Value of the first one.
     pub first: f64,
     /// Whether others differ.
     pub mixed: bool,
@@ -320,10 +320,10 @@ impl MixedValue {
     }
 }
 
-/// What the sliders show. Read from the model after each change, not in each frame.
+/// Values of the sliders, read from the model after each change instead of in each frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MaterialValues {
-    /// What the sliders of the material act on.
+    /// Selection that the material sliders act on.
     pub select: Select,
     /// Mass of a particle, kilograms; `None` without particles.
     pub mass: Option<MixedValue>,
@@ -331,8 +331,8 @@ pub struct MaterialValues {
     pub stiffness: Option<MixedValue>,
     /// Damping, newton seconds per metre; `None` without springs.
     pub damping: Option<MixedValue>,
-    /// What rest lengths are multiplied by, those of the scene or the frozen ones; `None` without
-    /// springs.
+    /// Factor of the rest lengths, relative to those of the scene or the frozen ones; `None`
+    /// without springs.
     pub rest_scale: Option<MixedValue>,
     /// Gravity, metres per second squared.
     pub gravity: f64,
@@ -357,7 +357,7 @@ impl Default for MaterialValues {
     }
 }
 
-/// Reads what the sliders show for a selection.
+/// Reads the values of the sliders for a selection.
 fn read<R: Real>(model: &Model<R>, select: Select) -> MaterialValues {
     let (particles, springs) = match select {
         Select::Body(body) => {

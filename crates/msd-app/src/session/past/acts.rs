@@ -1,4 +1,4 @@
-//! Acts of a session upon its past: looking back, going on from there, undo and redo.
+//! Looking back, resuming from an earlier state, undo and redo.
 
 use super::{Before, Deed, Mark, MarkKind};
 use crate::session::Session;
@@ -8,8 +8,8 @@ use msd_run::{Moment, Runner, on};
 
 /// Looking back.
 impl Session {
-    /// Pauses and shows the state so many steps before the latest one. What comes after it is kept
-    /// until the run goes on, or is changed, from there.
+    /// Pauses and shows the state `back` steps before the latest one. Later states stay until the
+    /// run resumes, or is changed, from there.
     pub fn look_back(&mut self, back: usize) {
         self.paused = true;
         if self.is_holding() {
@@ -34,7 +34,7 @@ impl Session {
         self.energy.rewind(self.runner().time());
     }
 
-    /// Goes on from the state that is shown: what came after it is dropped, from the recording too.
+    /// Makes the shown state the latest one, and drops later states, also from the recording.
     pub(in crate::session) fn settle(&mut self) {
         let ahead = self.timeline.ahead();
         if ahead == 0 {
@@ -51,13 +51,13 @@ impl Session {
         self.timeline.drop_after(runner.steps(), runner.contacts().count);
     }
 
-    /// How many states come after the one that is shown, while one looks back.
+    /// Returns the number of states after the shown one.
     pub fn steps_ahead(&self) -> usize {
         self.timeline.ahead()
     }
 
-    /// The states that one can look back and ahead to, every so many of them up to the last, oldest
-    /// first.
+    /// Returns every `every`-th state of the timeline and the last one, oldest first, for looking
+    /// back and ahead.
     pub fn states(&self, every: usize) -> Vec<Moment> {
         let (back, ahead) = (self.history.len(), self.timeline.ahead());
         let state = |place: usize| match place.checked_sub(back) {
@@ -69,7 +69,7 @@ impl Session {
         (last % every..=last).step_by(every).filter_map(state).collect()
     }
 
-    /// What happened along the last states, oldest first.
+    /// Returns the events along the recent states, oldest first.
     pub fn marks(&self) -> impl Iterator<Item = Mark> + '_ {
         self.timeline.marks()
     }
@@ -77,15 +77,15 @@ impl Session {
 
 /// Undo.
 impl Session {
-    /// Takes note of what the user's hands do in a frame, before [`Session::advance`]: whether a
-    /// pointer is pressed, and whether a pointer, a key or a text is held. What is edited from one
-    /// press to its release is one edit to undo.
+    /// Notes the user input of a frame, before [`Session::advance`]. `presses`: a button was
+    /// pressed; `holds`: a button or key is down, or a text field has the focus. Edits from a press
+    /// to its release are a single undo step.
     pub fn follow_hands(&mut self, presses: bool, holds: bool) {
         self.undo.follow(presses, holds);
     }
 
-    /// Keeps what is now, to be undone, unless what is about to be done goes on with the last edit;
-    /// returns whether it was kept. To be called before anything that is to be undone.
+    /// Keeps the current model for undo, unless the next edit continues the last one; returns
+    /// whether it was kept. Call it before each undoable edit.
     pub(in crate::session) fn remember(&mut self, deed: Deed) -> bool {
         self.settle();
         self.timeline.mark(self.runner().steps(), MarkKind::Edit);
@@ -97,13 +97,13 @@ impl Session {
         begins
     }
 
-    /// Undoes the last edit, pin, cut, freeze, wind or change of the solver: what was set is as it
-    /// was before, and the motion goes on.
+    /// Undoes the last edit, pin, cut, freeze, wind or change of the solver. The previous values
+    /// return, and the motion goes on.
     pub fn undo(&mut self) {
         self.turn(true);
     }
 
-    /// Does again what was undone last.
+    /// Redoes the edit that was undone last.
     pub fn redo(&mut self) {
         self.turn(false);
     }
@@ -134,12 +134,12 @@ impl Session {
         self.restart_twin();
     }
 
-    /// What would be undone.
+    /// Returns the edit that undo would revert.
     pub fn undoes(&self) -> Option<Deed> {
         self.undo.last()
     }
 
-    /// What would be done again.
+    /// Returns the edit that redo would repeat.
     pub fn redoes(&self) -> Option<Deed> {
         self.undo.next()
     }

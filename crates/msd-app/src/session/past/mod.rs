@@ -1,4 +1,4 @@
-//! The past of a session: the states that one looks back to, with marks, and what can be undone.
+//! The past of a session: earlier states with marks, and undo.
 
 mod timeline;
 mod undo;

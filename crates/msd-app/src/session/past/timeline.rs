@@ -1,35 +1,35 @@
-//! The timeline: the states after the one that is shown, while one looks back, and marks.
+//! The timeline: the states after the shown one, and marks.
 
 use msd_run::Moment;
 use std::collections::VecDeque;
 
-/// The most marks.
+/// Largest number of marks.
 const MOST_MARKS: usize = 1000;
 
-/// What a mark stands for.
+/// Kind of a mark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MarkKind {
-    /// Something touched an obstacle that nothing had touched in the step before.
+    /// First contact with an obstacle after a step without contact.
     Impact,
-    /// The watch found something, or the run stopped by itself.
+    /// A finding of the watch, or a run that stopped by itself.
     Warning,
-    /// Something was set, pinned or cut.
+    /// An edit, a pin or a cut.
     Edit,
 }
 
-/// Something that happened after a step.
+/// An event after a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Mark {
-    /// Steps taken when it happened.
+    /// Number of steps before it.
     pub step: u64,
-    /// What happened.
+    /// Kind of the event.
     pub kind: MarkKind,
 }
 
-/// What lies after the state that is shown, and what happened along the run.
+/// Later states than the shown one, and events along the run.
 #[derive(Clone, Debug, Default)]
 pub struct Timeline {
-    /// The states after the present one, the next one last; empty unless one looks back.
+    /// The states after the shown one, the next one last; empty unless the user looks back.
     pub(in crate::session) future: Vec<Moment>,
     marks: VecDeque<Mark>,
     contacts: u64,
@@ -38,17 +38,17 @@ pub struct Timeline {
 }
 
 impl Timeline {
-    /// The marks, oldest first.
+    /// Returns the marks, oldest first.
     pub fn marks(&self) -> impl Iterator<Item = Mark> + '_ {
         self.marks.iter().copied()
     }
 
-    /// How many states come after the one that is shown.
+    /// Returns the number of states after the shown one.
     pub fn ahead(&self) -> usize {
         self.future.len()
     }
 
-    /// Marks something after so many steps, once.
+    /// Adds a mark after a number of steps, unless the last one is equal.
     pub(in crate::session) fn mark(&mut self, step: u64, kind: MarkKind) {
         let mark = Mark { step, kind };
         if self.marks.back() == Some(&mark) {
@@ -60,7 +60,7 @@ impl Timeline {
         }
     }
 
-    /// Looks at a run after a step: contacts and findings so far.
+    /// Adds marks for the contacts and findings of a step; both arguments are totals of the run.
     pub(in crate::session) fn look(&mut self, step: u64, contacts: u64, findings: usize) {
         let touches = self.contacts < contacts;
         if touches && !self.touched {
@@ -72,19 +72,19 @@ impl Timeline {
         (self.contacts, self.touched, self.findings) = (contacts, touches, findings);
     }
 
-    /// Forgets what came after a step: the run goes on from there. Contacts are counted on.
+    /// Drops states and marks after a step, where the run resumes, and sets the count of contacts.
     pub(in crate::session) fn drop_after(&mut self, step: u64, contacts: u64) {
         self.future.clear();
         self.marks.retain(|mark| mark.step <= step);
         self.contacts = contacts;
     }
 
-    /// Counts contacts from so many on: the run was replaced by one that counted others.
+    /// Sets the count of contacts to that of another run, which replaced the previous one.
     pub(in crate::session) fn recount(&mut self, contacts: u64) {
         self.contacts = contacts;
     }
 
-    /// Forgets everything, as at a restart.
+    /// Drops everything, as at a restart.
     pub(in crate::session) fn clear(&mut self) {
         *self = Timeline::default();
     }

@@ -1,5 +1,5 @@
-//! Undo of what hands have set: the model as it was before under the state and the settings of now,
-//! or the settings as they were before for the model of now.
+//! Undo of the user's edits: either the previous model with the current state and settings, or the
+//! previous settings with the current model.
 
 use crate::session::material::{Material, WIND};
 use glam::DVec3;
@@ -8,34 +8,34 @@ use msd_run::{Runner, on};
 use msd_scene::Assignment;
 use msd_scene::schema::Solver;
 
-/// The most that is kept to go back to, rows of particles and springs: a hundred bytes each.
+/// Limit on the kept models, rows of particles and springs: a hundred bytes each.
 const MOST_ROWS: usize = 2_000_000;
-/// Edits of one kind that follow each other within so much of the wall clock are one, seconds, such
-/// as those of arrow keys. While a hand holds something no time counts: a slider that is dragged is
-/// put back where it was taken, however few frames there are.
+/// Longest wall-clock time between two edits of one kind, such as those of arrow keys, that undo
+/// reverts together, seconds. While a button or key is held, time does not count: undo returns a
+/// dragged slider to its start, even at a low frame rate.
 const TOGETHER: f64 = 1.0;
 
-/// What can be undone.
+/// An undoable edit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Deed {
-    /// A slider was moved.
+    /// A move of a slider.
     Edit(&'static str),
-    /// A part of the model was switched off or on.
+    /// A switch of a term of the model.
     Switch(&'static str),
-    /// It was stepped otherwise: by another method, or more finely.
+    /// A change of the solver.
     Solver(&'static str),
-    /// A particle was pinned or freed.
+    /// A particle pinned or freed.
     Pin,
-    /// Springs were cut.
+    /// A cut of springs.
     Cut,
-    /// The present shape became the shape at rest.
+    /// The current shape made the rest shape.
     Freeze,
-    /// The wind turned, or another blows.
+    /// A change of the wind.
     Wind,
 }
 
 impl Deed {
-    /// What it was, in a few words.
+    /// Returns a description in a few words.
     pub fn words(self) -> &'static str {
         match self {
             Deed::Edit(what) | Deed::Switch(what) | Deed::Solver(what) => what,
@@ -47,7 +47,7 @@ impl Deed {
     }
 }
 
-/// What a deed has changed, to go back to.
+/// The state before an edit, for undo.
 #[derive(Clone, Debug)]
 pub struct Before {
     deed: Deed,
@@ -61,11 +61,11 @@ enum Kept {
     Wind(Option<Assignment>),
 }
 
-/// What a deed may change: the run, and what was set of its scene, the wind included.
+/// The objects that an edit may change: the run, and the edits of its scene, the wind included.
 pub(in crate::session) type Now<'a> = (&'a Runner, &'a Material);
 
 impl Before {
-    /// What a deed is about to change.
+    /// Keeps the state that an edit is about to change.
     pub(in crate::session) fn new(deed: Deed, (runner, material): Now<'_>) -> Self {
         let kept = match deed {
             Deed::Solver(_) => Kept::Solver(runner.solver()),
@@ -82,8 +82,8 @@ impl Before {
         }
     }
 
-    /// A run and what was set of its scene as they are now, but for what the deed has changed. The
-    /// wind stays as it is now, unless the deed is of it.
+    /// Returns the current run and edits with this edit reverted. The wind stays as it is, unless
+    /// the edit changed it.
     pub(in crate::session) fn restored(
         self,
         (now, material): Now<'_>,
@@ -108,8 +108,8 @@ impl Before {
     }
 }
 
-/// The model of a run under the state, the settings and the precision of that of now; nothing is
-/// held.
+/// Returns the model of a run with the state, settings and precision of the current one, and
+/// without grabs.
 fn under(mut runner: Runner, now: &Runner) -> Result<Runner, Error> {
     if runner.precision() != now.precision() {
         runner = runner.convert(now.precision())?;
@@ -121,7 +121,7 @@ fn under(mut runner: Runner, now: &Runner) -> Result<Runner, Error> {
     });
     for particle in grabs.into_iter().map(|particle| particle as usize) {
         runner.queue(Interaction::Release { particle })?;
-        // A pin that was being moved then would move on.
+        // A pin that was moving at that time would move on.
         if on!(&runner, simulation => simulation.model().is_pinned(particle)) {
             runner.queue(Interaction::Pin { particle, velocity: DVec3::ZERO })?;
         }
@@ -132,21 +132,21 @@ fn under(mut runner: Runner, now: &Runner) -> Result<Runner, Error> {
     Ok(runner)
 }
 
-/// What can be undone and done again, the last one last.
+/// The edits for undo and redo, the next one last.
 #[derive(Clone, Debug, Default)]
 pub struct Undo {
     past: Vec<Before>,
     future: Vec<Before>,
-    /// Wall-clock time since the last deed that counts, seconds.
+    /// Wall-clock time since the last edit, seconds.
     age: f64,
-    /// Whether a hand holds something, and whether one did since the last frame.
+    /// Whether a button or key is held, and whether one was since the last frame.
     is_held: bool,
     was_held: bool,
 }
 
 impl Undo {
-    /// Takes note of what hands do in a frame, before its time passes: whether they press, which
-    /// begins an edit of its own, and whether they hold something.
+    /// Notes the user input of a frame before its time passes. `presses` begins a separate edit;
+    /// `holds` is whether a button or key is down.
     pub(in crate::session) fn follow(&mut self, presses: bool, holds: bool) {
         if presses {
             self.age = f64::INFINITY;
@@ -154,15 +154,15 @@ impl Undo {
         self.was_held = std::mem::replace(&mut self.is_held, holds);
     }
 
-    /// Lets wall-clock time pass, seconds.
+    /// Advances by `real` seconds of wall clock.
     pub(in crate::session) fn pass(&mut self, real: f64) {
-        // In the frame of a release something was held until then.
+        // In the frame of a release, the button was held until then.
         if !self.is_held && !self.was_held {
             self.age += real.max(0.0);
         }
     }
 
-    /// Whether what is about to be done begins something new, or goes on with the last edit.
+    /// Returns whether an edit begins a new undo step, instead of continuing the last one.
     pub(in crate::session) fn begins(&mut self, deed: Deed) -> bool {
         let goes_on = matches!(deed, Deed::Edit(_) | Deed::Solver(_) | Deed::Cut | Deed::Wind)
             && self.age <= TOGETHER
@@ -172,7 +172,7 @@ impl Undo {
         !goes_on
     }
 
-    /// Keeps what was before something new, and forgets the oldest beyond the cap.
+    /// Keeps the state before an edit, and drops the oldest ones beyond the limit.
     pub(in crate::session) fn keep(&mut self, before: Before) {
         self.future.clear();
         self.past.push(before);
@@ -181,13 +181,13 @@ impl Undo {
         }
     }
 
-    /// Takes back what was kept last: it was refused.
+    /// Drops the last state: its edit was refused.
     pub(in crate::session) fn withdraw(&mut self) {
         self.past.pop();
     }
 
-    /// What comes back: before the last deed, or after the one that was undone last. The run as it
-    /// is takes its place on the other side.
+    /// Takes the state before the last edit, or after the last undone one. The current state takes
+    /// its place on the other stack.
     pub(in crate::session) fn turn(&mut self, is_undo: bool, now: Now<'_>) -> Option<Before> {
         let (from, to) = match is_undo {
             true => (&mut self.past, &mut self.future),
@@ -195,22 +195,22 @@ impl Undo {
         };
         let before = from.pop()?;
         to.push(Before::new(before.deed, now));
-        // The next edit is one of its own.
+        // The next edit begins a separate undo step.
         self.age = f64::INFINITY;
         Some(before)
     }
 
-    /// What would be undone.
+    /// Returns the edit that undo would revert.
     pub fn last(&self) -> Option<Deed> {
         self.past.last().map(|before| before.deed)
     }
 
-    /// What would be done again.
+    /// Returns the edit that redo would repeat.
     pub fn next(&self) -> Option<Deed> {
         self.future.last().map(|before| before.deed)
     }
 
-    /// Forgets everything, as at a restart.
+    /// Drops everything, as at a restart.
     pub(in crate::session) fn clear(&mut self) {
         *self = Undo::default();
     }

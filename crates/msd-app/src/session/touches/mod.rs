@@ -1,4 +1,4 @@
-//! Bodies that touch: their settings.
+//! Settings of colliding bodies.
 
 mod settings;
 

@@ -1,4 +1,4 @@
-//! Contact settings: which bodies meet, and their thickness, friction and restitution.
+//! Contact settings: pairs of colliding bodies, thickness, friction and restitution.
 
 use crate::session::{Deed, MixedValue, Session};
 use msd_core::scene::{do_meet, law_between};
@@ -8,25 +8,25 @@ use msd_scene::schema::{BodyKey, TouchRow, WithRow};
 use msd_scene::{Assignment, Edits, FileError, default_shell, touch_rows};
 use std::collections::BTreeMap;
 
-/// A number of how the selected bodies touch each other and themselves, or whether they do.
+/// An edit of the contact of the selected bodies with each other and themselves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TouchEdit {
-    /// Whether they touch; those that did not, by default as a scene file has it.
+    /// Whether they collide; newly colliding bodies get the defaults of a scene file.
     On(bool),
     /// Thickness, metres; at most four times the default.
     Thickness(f64),
-    /// Coulomb's factor.
+    /// Coulomb friction coefficient.
     Friction(f64),
     /// Coefficient of restitution.
     Restitution(f64),
-    /// Coulomb's factor of a body and another one, in place of what follows from both.
+    /// Coulomb friction coefficient for one other body, instead of the one derived from both.
     FrictionWith(usize, f64),
-    /// Coefficient of restitution of a body and another one.
+    /// Coefficient of restitution for one other body.
     RestitutionWith(usize, f64),
 }
 
 impl TouchEdit {
-    /// What is set, in a word or two.
+    /// Returns the edited property in a word or two.
     pub fn words(self) -> &'static str {
         match self {
             TouchEdit::On(_) => "touching",
@@ -39,27 +39,27 @@ impl TouchEdit {
     }
 }
 
-/// How the selected bodies touch: the numbers of those that do.
+/// Contact of the selected bodies; the numbers are of those that collide.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TouchValues {
-    /// Whether all of them do.
+    /// Whether all of them collide.
     pub on: bool,
-    /// Thickness, metres; `None` where none of them does.
+    /// Thickness, metres; `None` if none of them collides.
     pub thickness: Option<MixedValue>,
-    /// Coulomb's factor.
+    /// Coulomb friction coefficient.
     pub friction: Option<MixedValue>,
     /// Coefficient of restitution.
     pub restitution: Option<MixedValue>,
 }
 
-/// How the bodies of a run meet.
+/// Returns the contact shells of a run.
 pub fn shells_of(runner: &Runner) -> &[Shell] {
     on!(runner, simulation => simulation.model().shells())
 }
 
-/// How the bodies of a session meet.
+/// Contact between the bodies of a session.
 impl Session {
-    /// How the selected bodies meet others.
+    /// Returns the contact settings of the selected bodies.
     pub fn touch_values(&self) -> TouchValues {
         let shells = shells_of(self.runner());
         let all = self.rows_of(shells);
@@ -76,14 +76,14 @@ impl Session {
         }
     }
 
-    /// The shell of each body, by its number.
+    /// Returns the index of the shell of each body.
     fn rows_of(&self, shells: &[Shell]) -> Vec<Option<usize>> {
         let bodies = &self.loaded().scene.bodies;
         let row = |body| shells.iter().position(|shell| shell.is_of(body));
         bodies.iter().map(row).collect()
     }
 
-    /// The bodies that the selected one meets; none where all are selected.
+    /// Returns the bodies that the selected one collides with; none if all are selected.
     pub fn touch_partners(&self) -> Vec<usize> {
         let shells = shells_of(self.runner());
         let rows = self.rows_of(shells);
@@ -93,7 +93,7 @@ impl Session {
         (0..rows.len()).filter(|&other| rows[other].is_some_and(meets)).collect()
     }
 
-    /// Friction and restitution of the selected body and one that it meets.
+    /// Returns friction and restitution of the selected body and one that it collides with.
     pub fn touch_with(&self, other: usize) -> Option<[f64; 2]> {
         let Select::Body(body) = self.material().values().select else { return None };
         let shells = shells_of(self.runner());
@@ -101,7 +101,7 @@ impl Session {
         Some(law_between(shells, [rows[body]?, (*rows.get(other)?)?]))
     }
 
-    /// Sets how the selected bodies meet each other and themselves.
+    /// Edits the contact of the selected bodies with each other and themselves.
     pub fn edit_touch(&mut self, edit: TouchEdit) {
         let begins = self.remember(Deed::Edit(edit.words()));
         let edits = self.touched(edit).map_err(|error| error.to_string());
@@ -123,7 +123,7 @@ impl Session {
         self.refusal = edited.err();
     }
 
-    /// The keys that are set once the selected bodies touch as an edit says.
+    /// Returns the edits of the scene after a contact edit.
     fn touched(&self, edit: TouchEdit) -> Result<Edits, FileError> {
         let (scene, mut edits) = (&self.loaded.scene, self.material.set.clone());
         let select = self.material().values().select;
@@ -172,7 +172,7 @@ impl Session {
     }
 }
 
-/// How two bodies meet, in the row of the later one.
+/// Returns the settings of a pair of bodies, in the row of the later one.
 fn pair(rows: &mut [Option<TouchRow>], pair: [usize; 2]) -> Option<&mut WithRow> {
     let [first, last] = [pair[0].min(pair[1]), pair[0].max(pair[1])];
     let body = Some(BodyKey::Number(first as u64));
@@ -183,7 +183,7 @@ fn pair(rows: &mut [Option<TouchRow>], pair: [usize; 2]) -> Option<&mut WithRow>
     with.iter_mut().find(|row| row.body == body)
 }
 
-/// Says of all bodies how each meets single others: a scene may say it with either of two.
+/// Sets the pair keys of all bodies, as a scene may have a pair at either body.
 fn write_pairs(rows: &[Option<TouchRow>], edits: &mut Edits) {
     for (body, row) in rows.iter().enumerate() {
         if let Some(row) = row {

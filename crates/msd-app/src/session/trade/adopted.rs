@@ -1,4 +1,4 @@
-//! The setting that the trade has chosen last, tried from the state that the run was in then.
+//! The setting chosen last in the trade-off, and its trial from the current state.
 
 use super::CALM;
 use super::subject::{Now, subject_here};
@@ -7,21 +7,21 @@ use super::worker::Worker;
 use msd_run::Runner;
 use msd_study::choice::Choice;
 
-/// A setting that was taken without being tried from the state of the run, or with.
+/// A chosen setting, with or without a trial from the state of the run.
 #[derive(Debug)]
 pub(super) struct Adopted {
-    /// What it has changed, in words.
+    /// Its changes, in words.
     pub text: String,
     pub choice: Choice,
     trial: Trial,
 }
 
-/// A trial from the state of the run.
+/// Progress of the trial from the state of the run.
 #[derive(Debug)]
 enum Trial {
-    /// It was made before the setting was taken.
+    /// Made before the choice.
     Done,
-    /// It waits until nothing else was chosen for so many seconds of wall clock.
+    /// Waits for a time without another choice; wall-clock time so far, seconds.
     Waiting(f64),
     Begun(Worker<Option<String>>),
 }
@@ -32,7 +32,7 @@ impl Adopted {
         Adopted { text, choice, trial }
     }
 
-    /// Begins to try it once it is not changed any more; whether the trial is under way.
+    /// Begins the trial once the choice stays the same; returns whether the trial is in progress.
     pub(super) fn refresh(
         &mut self,
         (runner, scene): (&Runner, Now<'_>),
@@ -58,7 +58,7 @@ impl Adopted {
         }
     }
 
-    /// Why the run is not to be stepped by it from the state that it was tried from, in words.
+    /// Returns why the run should not use the setting, from the trial, in words.
     pub(super) fn fault(&self) -> Option<String> {
         let Trial::Begun(worker) = &self.trial else { return None };
         let report = worker.report();

@@ -1,8 +1,8 @@
-//! The trade of speed for accuracy, measured in the background: a study of the present scene, the
-//! worth of its parts, and the choice of a setting by what was measured.
+//! The trade-off between speed and accuracy, measured in the background: a study of the current
+//! scene, cost and effect of its terms, and choice of a setting.
 //!
-//! A study does not depend on how the scene is stepped at present: method, substeps and precision
-//! may change while it goes on. A change of anything else voids it.
+//! A study does not depend on the solver of the run: method, substeps and precision may change in
+//! the meantime. Any other change voids it.
 
 mod subject;
 mod worker;
@@ -35,39 +35,39 @@ use std::sync::Arc;
 use subject::{Now, is_same, loaded_of, subject};
 use worker::Worker;
 
-/// Time of the processor for trials and timing, seconds.
+/// CPU time for trials and timing, seconds.
 const BUDGET: f64 = 30.0;
-/// Time of the processor for the reference, seconds: points are to come soon.
+/// CPU time for the reference, seconds: short, so that the first points appear soon.
 const PATIENCE: f64 = 4.0;
-/// How sure the reference is made, as a fraction of the size of the scene.
+/// Target uncertainty of the reference, relative to the size of the scene.
 const UNCERTAINTY: f64 = 1e-7;
-/// Points that come before the worth of the parts of the scene.
+/// Number of points before the terms of the scene are measured.
 const FIRST: usize = 8;
-/// How long the scene must have been left alone before it is studied, seconds of wall clock.
+/// Time without a change before a study begins, seconds of wall clock.
 const CALM: f64 = 0.4;
 
 /// The background study of a session.
 #[derive(Debug, Default)]
 pub struct Trade {
-    /// Whether the user wants to see it.
+    /// Whether the user has opened it.
     on: bool,
     paused: bool,
     from: StudyFrom,
-    /// What is studied, and the simulated time that it starts from, seconds.
+    /// The studied scene, and the simulated time of its start, seconds.
     subject: Option<(Scene, f64)>,
-    /// The revision of the run with which the subject was compared last.
+    /// The revision of the run at the last comparison with the subject.
     of: Revision,
-    /// Wall-clock time since the scene was changed, seconds.
+    /// Wall-clock time since the last change of the scene, seconds.
     calm: f64,
     study: Option<Worker<Study>>,
     terms: Option<Terms>,
     former_terms: Option<FormerTerms>,
     search: Option<Search>,
-    /// The last choice by the trade.
+    /// The last choice in the trade-off.
     adopted: Option<Adopted>,
 }
 
-/// The worth of the parts of the scene, with the solver that it was measured with.
+/// Cost and effect of the terms of the scene, and the solver of the measurement.
 #[derive(Debug)]
 struct Terms {
     solver: Solver,
@@ -76,59 +76,59 @@ struct Terms {
     worker: Worker<Vec<TermRow>>,
 }
 
-/// The worth of the parts of the scene as it was stepped before.
+/// Cost and effect of the terms of the scene with the previous solver.
 #[derive(Clone, Debug)]
 pub struct FormerTerms {
-    /// How it was stepped, in words.
+    /// The previous solver, in words.
     pub of: String,
-    /// A row for each part.
+    /// A row for each term.
     pub rows: Arc<Vec<TermRow>>,
 }
 
 impl Trade {
-    /// Whether it is shown and worked on.
+    /// Returns whether it is open and at work.
     pub fn is_on(&self) -> bool {
         self.on
     }
 
-    /// Whether the user lets it rest.
+    /// Returns whether the user has paused it.
     pub fn is_paused(&self) -> bool {
         self.paused
     }
 
-    /// The state that the study starts from.
+    /// Returns the state that the study starts from.
     pub fn from(&self) -> StudyFrom {
         self.from
     }
 
-    /// The simulated time that the study starts from, seconds; `None` before it began.
+    /// Returns the simulated time of the start of the study, seconds; `None` before it began.
     pub fn start(&self) -> Option<f64> {
         self.subject.as_ref().map(|(_, start)| *start)
     }
 
-    /// The study so far; `None` while there is none of the scene as it is.
+    /// Returns the study so far; `None` if there is none of the current scene.
     pub fn study(&self, run: &Run) -> Option<Report<Study>> {
         (self.of == run.revision()).then(|| self.study.as_ref().map(Worker::report)).flatten()
     }
 
-    /// The worth of each part of the scene; `None` while there is none of the run as it is.
+    /// Returns cost and effect of each term; `None` if there are none for the current run.
     pub fn terms(&self, run: &Run) -> Option<Report<Vec<TermRow>>> {
         let terms = self.terms.as_ref().filter(|_| self.of == run.revision())?;
         (terms.solver == run.runner().solver()).then(|| terms.worker.report())
     }
 
-    /// The worth of each part of the scene as it is, as it was stepped before.
+    /// Returns cost and effect of each term of the current scene with the previous solver.
     pub fn former_terms(&self, run: &Run) -> Option<FormerTerms> {
         self.former_terms.clone().filter(|_| self.of == run.revision())
     }
 
-    /// What the last choice by the trade has changed, as long as nothing else changed it.
+    /// Returns the changes of the last choice, unless another change followed.
     pub fn adopted(&self, run: &Run) -> Option<&str> {
         self.adopted_now(run).map(|adopted| &*adopted.text)
     }
 
-    /// Why that choice is not to be kept: from the state of the run in which it was taken it leaves
-    /// the world, or adds energy.
+    /// Returns why that choice should not stay: from the state at the time of the choice, it
+    /// diverges or gains energy.
     pub fn fault(&self, run: &Run) -> Option<String> {
         self.adopted_now(run).and_then(Adopted::fault)
     }
@@ -138,7 +138,7 @@ impl Trade {
         self.adopted.as_ref().filter(|adopted| now == Some(adopted.choice))
     }
 
-    /// Voids what is no longer of the scene; called after every change of the run.
+    /// Voids results of an earlier scene; called after every change of the run.
     pub(super) fn follow(&mut self, run: &Run, scene: Now<'_>) {
         if !self.on || self.of == run.revision() {
             return;
@@ -157,7 +157,7 @@ impl Trade {
         (self.subject, self.calm) = (None, 0.0);
     }
 
-    /// Begins what is to be begun, and asks for the present setting.
+    /// Begins pending work, and requests a trial of the current setting.
     pub(super) fn refresh(&mut self, run: &Run, scene: Now<'_>, real: f64) {
         if !self.on {
             return;
@@ -171,7 +171,7 @@ impl Trade {
         self.refresh_terms(runner, scene.0);
         let is_searching = self.refresh_search() | self.refresh_adopted(run, scene, real);
         let Some(study) = &self.study else { return };
-        // One at a time: together they take no more than their share.
+        // One at a time: together they must not exceed their share.
         let terms = self.terms.as_ref().map(|terms| terms.worker.report());
         let report = study.report();
         let points = report.found.as_ref().map_or(0, |study| study.trials.len());
@@ -208,8 +208,8 @@ impl Trade {
         self.study = Some(Worker::start(StudyTask::new(studied, plan)));
     }
 
-    /// Begins to price the parts of the scene as it is stepped now; what is known of them as it was
-    /// stepped before is kept until then.
+    /// Begins to measure the terms of the scene with the current solver; until then, the results
+    /// with the previous one are kept.
     fn refresh_terms(&mut self, runner: &Runner, loaded: &Loaded) {
         let Some((scene, _)) = &self.subject else { return };
         let now = runner.solver();
@@ -227,10 +227,10 @@ impl Trade {
         });
     }
 
-    /// Tries what was chosen by the trade from the state of now; whether that is under way.
+    /// Begins a trial of the last choice from the current state; returns whether it is in progress.
     fn refresh_adopted(&mut self, run: &Run, scene: Now<'_>, real: f64) -> bool {
         let now = choice_of(run.runner());
-        // A trial of what is no longer chosen ends.
+        // The trial of a replaced choice ends.
         self.adopted.take_if(|adopted| now != Some(adopted.choice));
         let Some(adopted) = &mut self.adopted else { return false };
         adopted.refresh((run.runner(), scene), real, self.paused)
@@ -241,8 +241,8 @@ fn solver(runner: &Runner) -> (Settings, Precision) {
     (runner.settings(), runner.precision())
 }
 
-/// The choice that a run makes at present; `None` where its substeps are no whole part of a frame,
-/// or its Newton iterations not those of a study: nothing measured is of it.
+/// Returns the choice that matches the solver of a run. `None` if its substeps do not divide a
+/// frame, or its Newton iterations differ from those of a study: no measurement applies to it.
 pub fn choice_of(runner: &Runner) -> Option<Choice> {
     let (settings, precision) = solver(runner);
     let choice = Choice::of(settings, precision);
@@ -253,39 +253,39 @@ pub fn choice_of(runner: &Runner) -> Option<Choice> {
     (is_newton && is_whole).then_some(choice)
 }
 
-/// The trade on screen.
+/// The trade-off in the window.
 impl Session {
-    /// What was measured of the trade.
+    /// Returns the measurements of the trade-off.
     pub fn trade(&self) -> &Trade {
         &self.trade
     }
 
-    /// The study of the scene as it is, so far.
+    /// Returns the study of the current scene so far.
     pub fn study(&self) -> Option<Report<Study>> {
         self.trade.study(&self.run)
     }
 
-    /// The worth of the parts of the scene as it is.
+    /// Returns cost and effect of the terms of the current scene.
     pub fn terms(&self) -> Option<Report<Vec<TermRow>>> {
         self.trade.terms(&self.run)
     }
 
-    /// That worth as the scene was stepped before.
+    /// Returns the same with the previous solver.
     pub fn former_terms(&self) -> Option<FormerTerms> {
         self.trade.former_terms(&self.run)
     }
 
-    /// What the last choice by the trade has changed.
+    /// Returns the changes of the last choice.
     pub fn adopted(&self) -> Option<&str> {
         self.trade.adopted(&self.run)
     }
 
-    /// Why that choice is not to be kept, found out from the state in which it was taken.
+    /// Returns why that choice should not stay, from the state at the time of the choice.
     pub fn fault_of_adopted(&self) -> Option<String> {
         self.trade.fault(&self.run)
     }
 
-    /// Shows the trade and begins to measure it, or ends that.
+    /// Opens the trade-off and begins to measure, or closes it.
     pub fn set_trading(&mut self, on: bool) {
         if on != self.trade.on {
             let Trade { paused, from, .. } = self.trade;
@@ -293,26 +293,26 @@ impl Session {
         }
     }
 
-    /// Lets the study rest, or go on.
+    /// Pauses or resumes the study.
     pub fn set_study_paused(&mut self, paused: bool) {
         self.trade.paused = paused;
     }
 
-    /// Studies anew from the start, or from the state of now.
+    /// Restarts the study from the initial or the current state.
     pub fn study_from(&mut self, from: StudyFrom) {
         self.trade.void();
         (self.trade.from, self.trade.calm) = (from, CALM);
     }
 
-    /// Steps the scene by a choice from now on: method, substeps or tolerance, precision.
+    /// Gives the run a choice as its solver: method, substeps or tolerance, precision.
     ///
-    /// A choice is for frames of 1/60 s; a step of another length gets as many substeps as make
-    /// them no longer. It is tried from the state of now, in the background.
+    /// A choice is for frames of 1/60 s; for a step of another length, the substeps are at most as
+    /// long. A trial from the current state runs in the background.
     pub fn adopt(&mut self, choice: Choice) {
         self.adopt_as(choice, "the trade's setting", false);
     }
 
-    /// The same, with what undo calls it, and whether it was tried from the state of now.
+    /// Does the same, with a name for undo, and whether a trial from the current state was made.
     fn adopt_as(&mut self, choice: Choice, words: &'static str, is_tried: bool) {
         let before = solver(self.runner());
         let measured = choice.settings();
@@ -337,7 +337,7 @@ impl Session {
     }
 }
 
-/// What differs between two solvers, in words.
+/// Describes the differences between two solvers.
 fn changes(before: (Settings, Precision), after: (Settings, Precision)) -> String {
     let [old, new] = [before, after].map(|(settings, precision)| Choice::of(settings, precision));
     let mut changes = Vec::new();

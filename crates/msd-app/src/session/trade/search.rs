@@ -1,4 +1,4 @@
-//! A search for one setting in the background, as `msd tune` makes it.
+//! A background search for one setting, as in `msd tune`.
 
 use super::subject::subject_here;
 use super::task::{RetryTask, SearchTask};
@@ -12,35 +12,35 @@ use msd_study::quantity::estimate;
 use msd_study::tune::{Elsewhere, Found, Goal, Tuned};
 use std::sync::Arc;
 
-/// A search that was asked for, of the scene as it is.
+/// A search in the current scene.
 #[derive(Debug)]
 pub struct Search {
     goal: Goal,
-    /// Nothing before the scene was left alone.
+    /// `None` until the scene stays unchanged for a while.
     worker: Option<Worker<Tuned>>,
-    /// What was found, tried from the state that the run was in then.
+    /// Trial of the result from the state of the run at that time.
     retrial: Option<Worker<Elsewhere>>,
-    /// How the run was stepped once what was found was applied, or did not meet the goal.
+    /// Solver of the run after the search applied its result, or failed to meet the goal.
     left: Option<Solver>,
 }
 
 impl Search {
-    /// Waits until the scene is left alone.
+    /// Creates a search that waits for the scene to stay unchanged.
     pub(super) fn new(goal: Goal) -> Self {
         Search { goal, worker: None, retrial: None, left: None }
     }
 
-    /// What was asked for.
+    /// Returns the goal.
     pub fn goal(&self) -> Goal {
         self.goal
     }
 
-    /// Whether it is being worked out.
+    /// Returns whether it is in progress.
     pub fn is_busy(&self) -> bool {
         self.left.is_none()
     }
 
-    /// How far it is, or what came of it.
+    /// Describes its progress or its result.
     pub fn words(&self) -> String {
         let wish = match self.goal {
             Goal::MaxError(error) => format!("within {}", estimate(error, "m")),
@@ -74,8 +74,8 @@ impl Search {
         }
     }
 
-    /// What is left to do, once the background has done what there was: try what was found from a
-    /// state, or take it.
+    /// Returns the next action after the background work: a trial of the result from a state, or
+    /// its application.
     fn next(&self) -> Option<Next> {
         let report = self.worker.as_ref()?.report();
         let tuned = report.found.filter(|tuned| report.idle && tuned.met);
@@ -86,7 +86,7 @@ impl Search {
     }
 }
 
-/// What is to be done with what a search has found.
+/// Next action after a search.
 enum Next {
     Retry(Arc<Tuned>),
     Take(Arc<Elsewhere>),
@@ -131,15 +131,15 @@ fn found_words(wish: &str, tuned: &Tuned, elsewhere: &Elsewhere) -> String {
 }
 
 impl Trade {
-    /// The search, as long as the scene is the one that it is of, and is stepped as it left it.
+    /// Returns the search, unless the scene or the solver has changed since its end.
     pub fn search(&self, run: &Run) -> Option<&Search> {
         let search = self.search.as_ref().filter(|_| self.of == run.revision())?;
         let now = run.runner().solver();
         search.left.is_none_or(|left| left == now).then_some(search)
     }
 
-    /// Begins the search that waits for a scene to search in; rests where the user wants that.
-    /// Returns whether it works.
+    /// Begins a waiting search once there is a scene, and pauses it at the user's request. Returns
+    /// whether it is at work.
     pub(super) fn refresh_search(&mut self) -> bool {
         let (Some(search), Some((scene, _))) = (&mut self.search, &self.subject) else {
             return false;
@@ -155,26 +155,26 @@ impl Trade {
     }
 }
 
-/// The search on screen.
+/// The search in the window.
 impl Session {
-    /// Searches for the cheapest setting within an error, or the most accurate within a budget, as
-    /// long as the scene stays as it is, and steps it by what was found.
+    /// Searches for the cheapest setting within an error, or the most accurate within a budget, and
+    /// applies it, unless the scene changes.
     pub fn search(&mut self, goal: Goal) {
         self.trade.search = Some(Search::new(goal));
     }
 
-    /// Ends the search.
+    /// Cancels the search.
     pub fn end_search(&mut self) {
         self.trade.search = None;
     }
 
-    /// The search, and what came of it.
+    /// Returns the search with its result.
     pub fn searched(&self) -> Option<&Search> {
         self.trade.search(&self.run)
     }
 
-    /// Goes on with what a search has found: tries it from the state of now, and steps the run by
-    /// what holds there, once.
+    /// Continues with the result of a search: tries it from the current state, and applies what is
+    /// sound there, once.
     pub(in crate::session) fn take_found(&mut self) {
         let scene = (&self.loaded, self.steady_force());
         let report = self.study();

@@ -1,4 +1,4 @@
-//! The scene that a study in the background is about.
+//! The scene of a background study.
 
 use glam::DVec3;
 use msd_core::{Friction, Plane, Scene, Settings, Spring};
@@ -11,15 +11,14 @@ pub enum StudyFrom {
     /// The first state of the scene.
     #[default]
     Start,
-    /// The state at the time that the study began.
+    /// The state of the run at the beginning of the study.
     Here,
 }
 
-/// The scene as it was loaded, and the uniform force to study it with, newtons, where that of the
-/// run comes and goes.
+/// The scene as loaded, and the uniform force of the study, newtons, if that of the run is gusty.
 pub(super) type Now<'a> = (&'a Loaded, Option<DVec3>);
 
-/// The scene of a run as it stands, without what was cut, at one of two states; `None` where
+/// Returns the current scene of a run without cut springs, in one of two states; `None` if
 /// particles were removed.
 pub(super) fn subject(runner: &Runner, (loaded, force): Now<'_>, from: StudyFrom) -> Option<Scene> {
     let (rows, progress) = runner.progress();
@@ -34,7 +33,7 @@ pub(super) fn subject(runner: &Runner, (loaded, force): Now<'_>, from: StudyFrom
         for (particle, first) in scene.particles.iter_mut().zip(&start.particles) {
             (particle.position, particle.velocity) = (first.position, first.velocity);
         }
-        // Unrounded, a study of it by the command line may be in the cache.
+        // Unrounded, so that the cache may hold a study of it by the command line.
         if loaded.progress.is_none() && is_same(&scene, start) {
             return Some(start.clone());
         }
@@ -42,12 +41,12 @@ pub(super) fn subject(runner: &Runner, (loaded, force): Now<'_>, from: StudyFrom
     Some(scene)
 }
 
-/// The same at the present state, for a run that starts at time 0.
+/// Returns the same in the current state, for a run that starts at time 0.
 pub(super) fn subject_here(runner: &Runner, now: Now<'_>) -> Option<Scene> {
     subject(runner, now, StudyFrom::Here).map(|scene| scene.from_time(runner.time()))
 }
 
-/// The same to be studied.
+/// Returns the same for a study.
 pub(super) fn loaded_of(
     scene: Scene,
     loaded: &Loaded,
@@ -58,7 +57,7 @@ pub(super) fn loaded_of(
     Loaded { title, precision, camera: loaded.camera, ..new }
 }
 
-/// The scene without the springs of these rows, ascending.
+/// Returns the scene without the springs of these rows, ascending.
 fn without(mut scene: Scene, cut: &[usize]) -> Scene {
     if cut.is_empty() {
         return scene;
@@ -72,8 +71,8 @@ fn without(mut scene: Scene, cut: &[usize]) -> Scene {
     scene
 }
 
-/// Whether two scenes differ in nothing but the state of their particles, each number rounded to
-/// single precision: a run in it has rounded them.
+/// Returns whether two scenes differ only in the state of their particles. Each number is rounded
+/// to single precision, as a run in it has rounded them.
 pub(super) fn is_same(a: &Scene, b: &Scene) -> bool {
     let vector = |v: msd_core::glam::DVec3| v.to_array().map(round);
     let world = |s: &Scene| {
@@ -86,7 +85,7 @@ pub(super) fn is_same(a: &Scene, b: &Scene) -> bool {
             Friction::TangentialLoss(loss) => (1, loss),
         };
         let normal = vector(p.normal.normalize_or_zero());
-        // A normal that was rounded and brought to length one again may differ in its last bits.
+        // A rounded and renormalized normal may differ in its last bits.
         (normal.map(|part| (part * 1e6).round()), round(p.restitution), kind, round(factor))
     };
     let pins = |s: &Scene| {

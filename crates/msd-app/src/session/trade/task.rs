@@ -1,4 +1,4 @@
-//! The tasks of the trade: a study, the prices of the parts, a search, trials of settings.
+//! The tasks of the trade-off: a study, the terms, a search, trials of settings.
 
 use super::worker::Task;
 use msd_core::Scene;
@@ -17,22 +17,21 @@ use std::iter;
 /// Simulated time of a study, seconds.
 pub const STUDY_DURATION: f64 = 1.0;
 
-/// How long the reference of a study may take, seconds.
+/// Time limit for the reference of a study, seconds.
 const STUDYING: f64 = 120.0;
-/// How long a search may take, and a trial of what it has found, seconds.
+/// Time limits for a search and for a trial of its result, seconds.
 const SEARCHING: f64 = 25.0;
 const RETRYING: f64 = 15.0;
 
-/// How much better another setting must be than the present one to be preferred: less is noise of
-/// the machine.
+/// Least ratio by which a setting must be better than the current one: less is measurement noise.
 const NOISE: f64 = 1.1;
 
-/// A study, which when nothing is left of it waits for wishes.
+/// A study, which then waits for requested choices.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct StudyTask {
     loaded: Loaded,
     plan: Plan,
-    /// Nothing before it began.
+    /// `None` before it began.
     #[serde(skip)]
     course: Option<Course>,
 }
@@ -69,7 +68,7 @@ impl Task for StudyTask {
     }
 }
 
-/// The worth of the parts of a scene, as it is stepped.
+/// Cost and effect of the terms of a scene with its solver.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct TermsTask(pub(super) Loaded);
 
@@ -87,7 +86,7 @@ impl Task for TermsTask {
     }
 }
 
-/// A search for one setting, as `msd tune` makes it.
+/// A search for one setting, as in `msd tune`.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct SearchTask(pub(super) Scene, pub(super) Goal);
 
@@ -106,7 +105,7 @@ impl Task for SearchTask {
     }
 }
 
-/// What a search has found, tried in the scene as it is now.
+/// Trials of the results of a search in the current scene.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct RetryTask {
     scene: Scene,
@@ -115,8 +114,8 @@ pub(crate) struct RetryTask {
 }
 
 impl RetryTask {
-    /// The run is stepped by the `present` choice, which the study has tried: where that meets the
-    /// goal and is about as good as what was found, it comes first.
+    /// The study has tried the `present` choice, that of the run. It comes first if it meets the
+    /// goal and is about as good as the results.
     pub(super) fn new(scene: Scene, tuned: &Tuned, present: Option<&Trial>) -> Self {
         let Tuned { goal, best, others, .. } = tuned;
         let found = iter::once(best).chain(others).map(|found| &found.trial);
@@ -152,7 +151,7 @@ impl Task for RetryTask {
     }
 }
 
-/// A setting, tried in the scene as it is now: why it is none to step it by, in words.
+/// A trial of a setting in the current scene; finds why it should not be used, in words.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct SoundnessTask(pub(super) Scene, pub(super) Choice);
 
@@ -177,7 +176,7 @@ mod tests {
     use msd_study::errors::Errors;
     use msd_study::tune::Found;
 
-    /// A trial of so many substeps with a cost, s/s, and an error, metres.
+    /// Returns a trial with a number of substeps, a cost, s/s, and an error, metres.
     fn trial(substeps: u32, cost: f64, rms: f64) -> Trial {
         let mut choice = Choice::of(Default::default(), Precision::F32);
         choice.fineness = msd_study::choice::Fineness::Substeps(substeps);

@@ -1,20 +1,20 @@
-//! The clipboard of the desktop, for text. egui-winit's own way to it also copies pictures, and
-//! takes a package with all their formats along; on Wayland it has another way, and keeps it.
+//! The clipboard of the desktop, for text. egui-winit's own also copies images, which takes a
+//! package with all their formats. On Wayland, egui-winit's separate implementation stays in use.
 
 use egui::OutputCommand;
 use winit::event::{ElementState, WindowEvent};
 use winit::keyboard::{Key, ModifiersState, NamedKey};
 use winit::raw_window_handle::{HasDisplayHandle, RawDisplayHandle};
 
-/// The clipboard, and the keys that are held.
+/// The clipboard, and the pressed modifiers.
 pub(in crate::window) struct Clipboard {
-    /// The clipboard, or why there is none; nothing where egui-winit sees to it.
+    /// The clipboard, or why there is none; `None` if egui-winit handles it.
     text: Option<Result<arboard::Clipboard, String>>,
     held: ModifiersState,
 }
 
 impl Clipboard {
-    /// The clipboard of the display that a window is on.
+    /// Opens the clipboard for the display of a window.
     pub(in crate::window) fn of(display: &impl HasDisplayHandle) -> Self {
         let handle = display.display_handle().map(|handle| handle.as_raw());
         let is_wayland = matches!(handle, Ok(RawDisplayHandle::Wayland(_)));
@@ -23,10 +23,10 @@ impl Clipboard {
         Clipboard { text, held: ModifiersState::empty() }
     }
 
-    /// Takes over what a frame copied.
+    /// Copies the text of a frame.
     ///
     /// # Errors
-    /// A line on why it could not.
+    /// A line on why the copy failed.
     pub(in crate::window) fn copy(&mut self, commands: &[OutputCommand]) -> Result<(), String> {
         let Some(clipboard) = &mut self.text else { return Ok(()) };
         for command in commands {
@@ -38,20 +38,20 @@ impl Clipboard {
         Ok(())
     }
 
-    /// Hands over the text that an event is about to paste, before egui-winit reads the event.
+    /// Provides the text for an event that may paste, before egui-winit reads the event.
     pub(in crate::window) fn offer(&mut self, event: &WindowEvent, input: &mut egui_winit::State) {
         let Some(Ok(clipboard)) = &mut self.text else { return };
         if let WindowEvent::ModifiersChanged(held) = event {
             self.held = held.state();
         }
         if pastes(event, self.held) {
-            // What is no text cannot be pasted, nor what was copied before it.
+            // Clears an earlier text if the clipboard does not contain text.
             input.set_clipboard_text(clipboard.get_text().unwrap_or_default());
         }
     }
 }
 
-/// Whether an event may paste, by the keys that egui-winit knows.
+/// Returns whether an event may paste, by the keys that egui-winit knows.
 fn pastes(event: &WindowEvent, held: ModifiersState) -> bool {
     let WindowEvent::KeyboardInput { event, .. } = event else { return false };
     let is_letter = || match &event.logical_key {

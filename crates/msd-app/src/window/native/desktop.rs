@@ -15,31 +15,30 @@ use winit::event::InnerSizeWriter;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::{Window, WindowAttributes};
 
-/// How often a window that rests says how far its film is.
+/// Interval between progress updates of a film in an idle window.
 const FILMED_EVERY: Duration = Duration::from_millis(100);
 
 /// A desktop.
 pub(crate) struct Desktop {
-    /// Pixels of a point of the window system, when it said that last, and how many times as many
-    /// as winit goes by.
+    /// Last pixels per point of the window system, and their ratio to those of winit.
     pub(super) scale: f64,
     pub(super) stretch: f32,
     is_guided: bool,
-    /// What is to be lost once the run is paused, for tests.
+    /// The loss to simulate once the run is paused, for tests.
     pub(super) to_lose: Option<Loss>,
 }
 
-/// What a test takes away from a window.
+/// A loss that tests simulate.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Loss {
-    /// The surface, which is made anew.
+    /// The surface, which is created again.
     Surface,
-    /// The graphics device, without which there is no window.
+    /// The graphics device, without which the window closes.
     Device,
 }
 
 impl Host for Desktop {
-    /// None: winit sees to all of them.
+    /// None: winit handles all of them.
     type Event = Infallible;
     const ENDS_UNNOTICED: bool = false;
 
@@ -96,7 +95,7 @@ impl Host for Desktop {
         false
     }
 
-    /// Keeps that the guide is over.
+    /// Stores the end of the tour, and simulates a loss for tests.
     fn follow_frame(shell: &mut Shell) {
         if shell.host.is_guided != shell.viewer.preferences.is_guided {
             shell.host.is_guided = shell.viewer.preferences.is_guided;
@@ -115,14 +114,14 @@ impl Host for Desktop {
 }
 
 impl WindowSurface {
-    /// Loses the surface or the device, as a driver may.
+    /// Simulates the loss of the surface or the device.
     fn lose(&mut self, what: Loss) {
         match what {
             Loss::Surface => self.is_lost = true,
             Loss::Device => {
                 let device = &self.gpu().device;
                 device.destroy();
-                // That it is lost is told by the queue, once it is empty.
+                // The queue reports the loss once it is empty.
                 device.poll(wgpu::PollType::Poll).ok();
             }
         }

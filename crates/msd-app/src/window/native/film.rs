@@ -1,4 +1,4 @@
-//! The window without a screen: frames of a given duration, as pictures in memory.
+//! An offscreen window: frames of a given duration, as images in memory.
 
 use super::super::canvas::{Canvas, Painting};
 use super::super::lay_out;
@@ -8,21 +8,21 @@ use egui::accesskit::{Node, NodeId, Role};
 use egui::{Event, Pos2, RawInput, Rect, pos2, vec2};
 use msd_render::{Gpu, Image, Quality, RenderError, Sheet};
 
-/// A window that is filmed: time passes as it is told, whatever the machine takes, so that the same
-/// events give the same pictures.
+/// A window with simulated time, independent of the speed of the machine, so that the same events
+/// give the same images.
 pub struct Film {
     viewer: Viewer,
     context: egui::Context,
     canvas: Canvas,
     sheet: Sheet,
-    /// Since the first frame, seconds.
+    /// Time since the first frame, seconds.
     time: f64,
     /// The controls of the last frame.
     controls: Vec<(NodeId, Node)>,
 }
 
 impl Film {
-    /// A window of this size, pixels, each of which is a point.
+    /// Creates a window of this size, pixels, with one pixel per point.
     ///
     /// # Errors
     /// See [`Sheet::new`].
@@ -35,12 +35,12 @@ impl Film {
         Ok(Film { viewer, context, canvas, sheet, time: 0.0, controls: Vec::new() })
     }
 
-    /// What it shows.
+    /// Returns its viewer.
     pub fn viewer(&self) -> &Viewer {
         &self.viewer
     }
 
-    /// Where the last frame has a control, by its role and the beginning of its name or label.
+    /// Returns the area of a control in the last frame, by role and start of its name or label.
     pub fn place(&self, role: Role, name: &str) -> Option<Rect> {
         let begins = |text: Option<&str>| text.is_some_and(|text| text.starts_with(name));
         let is_named = |node: &Node| begins(node.label()) || begins(node.value());
@@ -54,7 +54,7 @@ impl Film {
         Some(Rect::from_min_max(corner(bounds.x0, bounds.y0), corner(bounds.x1, bounds.y1)))
     }
 
-    /// Lets so many seconds pass in which the user did this, and draws the frame.
+    /// Advances by a duration, seconds, with these events, and renders the frame.
     ///
     /// # Errors
     /// See [`Sheet::read`].

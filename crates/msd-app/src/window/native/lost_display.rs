@@ -1,7 +1,7 @@
-//! A display that goes away while the window is open: the run is kept.
+//! Display loss while the window is open: the run is saved.
 //!
-//! The library of X11 prints a line and ends the program, in the middle of a call. What is left to
-//! do then is done by a value of the main thread, which is dropped while the program ends.
+//! The X11 library prints a line and exits the program, in the middle of a call. A thread-local
+//! value of the main thread then saves the run: its `drop` runs during the exit.
 
 use super::super::{Arrival, Shell, kept};
 use super::preferences_file;
@@ -19,13 +19,13 @@ thread_local! {
     static KEEPER: Keeper = const { Keeper(RefCell::new(None)) };
 }
 
-/// Keeps the run of a window that is open when the program ends.
+/// Saves the run of a window that is open when the program exits.
 struct Keeper(RefCell<Option<Rc<RefCell<Shell>>>>);
 
 impl Drop for Keeper {
     fn drop(&mut self) {
         let Some(shell) = self.0.take() else { return };
-        // Nothing can be told of a second fault in here.
+        // A second fault here cannot be reported.
         let keep = || shell.try_borrow_mut().ok().map(|mut shell| shell.leave());
         if let Ok(Some(kept)) = catch_unwind(AssertUnwindSafe(keep)) {
             tell(&format!("the display went away; {kept}"));
@@ -34,8 +34,8 @@ impl Drop for Keeper {
 }
 
 impl Shell {
-    /// Keeps what there is where the display is gone, and returns what became of the run. The
-    /// window is not asked for its size any more.
+    /// Stores recording, preferences and run after a loss of the display, and returns the message
+    /// about the run. The window can no longer report its size.
     pub(super) fn leave(&mut self) -> String {
         let size = self.viewer.preferences.size.unwrap_or(SIZE);
         let scale = self.context.zoom_factor() / self.host.stretch;
@@ -45,7 +45,7 @@ impl Shell {
     }
 }
 
-/// Watches over a window from now on.
+/// Guards a window from now on.
 pub(super) fn watch(shell: &Rc<RefCell<Shell>>) {
     KEEPER.with(|keeper| keeper.0.replace(Some(shell.clone())));
     let hook = std::panic::take_hook();
@@ -56,7 +56,7 @@ pub(super) fn watch(shell: &Rc<RefCell<Shell>>) {
         }
         let display = std::env::var("DISPLAY").unwrap_or_default();
         tell(&format!("the connection to display {display} is broken"));
-        // In the middle of a frame it ends where that does, see [`Lent`].
+        // During a frame, the program exits at its end, see [`Lent`].
         let is_idle =
             |keeper: &Keeper| keeper.0.borrow().as_ref().is_none_or(|it| it.try_borrow().is_ok());
         if KEEPER.with(is_idle) {
@@ -65,18 +65,17 @@ pub(super) fn watch(shell: &Rc<RefCell<Shell>>) {
     }));
 }
 
-/// A window that is closed in order is not watched over any more.
+/// Ends the guard of a window that closes normally.
 pub(super) fn unwatch() {
     KEEPER.with(|keeper| keeper.0.take());
 }
 
-/// Whether winit, where it is the first to meet it, panics as the display is gone.
+/// Returns whether winit panics because of the display loss, if it notices the loss first.
 fn is_loss(payload: &(dyn std::any::Any + Send)) -> bool {
     panic_text(payload).contains("Connection(")
 }
 
-/// Ends the program as the library of X11 does: what is left of the window cannot be closed in
-/// order.
+/// Exits the program, as the X11 library does: the rest of the window cannot be closed normally.
 fn end() -> ! {
     std::process::exit(1)
 }
@@ -85,21 +84,21 @@ fn tell(line: &str) {
     writeln!(std::io::stderr(), "{line}").ok();
 }
 
-/// What a panic says, in one line.
+/// Returns the message of a panic in one line.
 pub(super) fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
     plain(text.unwrap_or("a library of the window system is missing"))
 }
 
-/// One line without the place in winit's source, which is of no use to the user.
+/// Returns one line without the location in winit's source, which does not help the user.
 pub(super) fn plain(text: &str) -> String {
     let line = text.lines().next().unwrap_or_default();
     let told = line.rsplit_once("rs:").and_then(|(_, rest)| rest.split_once(": "));
     told.map_or(line, |(_, rest)| rest).trim_end_matches('.').to_owned()
 }
 
-/// A window that is lent to the loop of events, call by call.
+/// A window that is lent to the event loop, call by call.
 pub(super) struct Lent(pub(super) Rc<RefCell<Shell>>);
 
 impl Lent {

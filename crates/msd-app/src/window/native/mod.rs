@@ -32,11 +32,11 @@ pub fn view(loaded: Loaded) -> Result<(), ViewError> {
     view_as(loaded, &called)
 }
 
-/// Shows a scene in a window until it is closed; `called` is how the user named it, for errors.
+/// Shows a scene in a window until it is closed; `called` is the user's name for it, for errors.
 ///
-/// The environment variable `MSD_STATUS` names a file that gets a line of JSON per frame: a
-/// debugging aid, and how tests see what the window did. `MSD_LOSE` says what is lost when the run
-/// is paused first, `surface` or `device`, so that tests see what the window does then.
+/// The environment variable `MSD_STATUS` names a file that gets a line of JSON per frame, for
+/// debugging and tests. `MSD_LOSE`, `surface` or `device`, simulates a loss when the run is first
+/// paused, so that tests can check the reaction of the window.
 ///
 /// # Errors
 /// A display, a graphics adapter or a library is missing, or the scene is out of its domain.
@@ -44,12 +44,12 @@ pub fn view_as(loaded: Loaded, called: &str) -> Result<(), ViewError> {
     show(|| Ok(Viewer::new(loaded, catalogue())?), called)
 }
 
-/// What the scene that was shown last can be opened by, if the window remembers one.
+/// Returns the name or path of the last scene, if the window has stored one.
 pub fn last_scene() -> Option<String> {
     preferences_file::read().0.scene
 }
 
-/// Shows the scene of a link in a window until it is closed, set up and looked at as it says.
+/// Shows the scene of a link in a window until it is closed, with its settings and camera.
 ///
 /// # Errors
 /// See [`view_as`].
@@ -87,7 +87,7 @@ fn run(mut viewer: Viewer, status: Option<&Path>) -> Result<(), Missing> {
     }
 }
 
-/// Opens the status file and returns what writes it.
+/// Opens the status file and returns the function that writes it.
 fn watcher(path: &Path) -> io::Result<Watcher> {
     let mut file = LineWriter::new(File::create(path)?);
     let mut frame = 0u64;
@@ -109,8 +109,8 @@ fn to_lose() -> Option<Loss> {
     }
 }
 
-/// Connects to the display. winit panics where a library of X11 is missing that it loads late;
-/// that is reported like any other reason.
+/// Connects to the display. winit panics if an X11 library that it loads late is missing; this is
+/// reported like any other error.
 fn event_loop() -> Result<winit::event_loop::EventLoop<Arrival>, Missing> {
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));
@@ -129,8 +129,8 @@ fn event_loop() -> Result<winit::event_loop::EventLoop<Arrival>, Missing> {
     }
 }
 
-/// Whether a name of a Wayland display is left over while an X display may be there: winit would
-/// take the name for the display and give up.
+/// Returns whether `WAYLAND_DISPLAY` names a missing display while an X display may exist: winit
+/// would try only the Wayland display.
 #[cfg(target_os = "linux")]
 fn is_wayland_gone() -> bool {
     let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
@@ -138,7 +138,7 @@ fn is_wayland_gone() -> bool {
     if variable("DISPLAY").is_none() || variable("WAYLAND_SOCKET").is_some() {
         return false;
     }
-    // An absolute name takes the place of the folder.
+    // An absolute name replaces the folder.
     let folder = PathBuf::from(variable("XDG_RUNTIME_DIR").unwrap_or_default());
     std::os::unix::net::UnixStream::connect(folder.join(wayland)).is_err()
 }

@@ -1,11 +1,11 @@
-//! The file of the preferences, in the folder that the system has for such files.
+//! The file of the preferences, in the system's folder for such files.
 
 use crate::viewer::Preferences;
 use msd_scene::{shown_path, write_file};
 use std::path::PathBuf;
 
-/// The file: `MSD_PREFERENCES` where that is set, else one in the folder of the user; none on a
-/// machine without one. An empty `MSD_PREFERENCES` means that nothing is remembered.
+/// Returns the file: `MSD_PREFERENCES` if set, else one in the user's folder; `None` on a machine
+/// without one. An empty `MSD_PREFERENCES` switches the preferences off.
 pub(crate) fn place() -> Option<PathBuf> {
     if let Some(file) = std::env::var_os("MSD_PREFERENCES") {
         return Some(PathBuf::from(file)).filter(|file| !file.as_os_str().is_empty());
@@ -14,11 +14,11 @@ pub(crate) fn place() -> Option<PathBuf> {
     Some(folders.config_dir().join("preferences.json"))
 }
 
-/// Reads the preferences: the defaults before a first start, and where the file is damaged, with a
-/// line that says so.
+/// Reads the preferences: the defaults before the first start, or, with a message, if the file is
+/// damaged.
 pub(crate) fn read() -> (Preferences, Option<String>) {
     let Some(place) = place() else {
-        // Nothing would be remembered of the guide: it would come back at every start.
+        // Without preferences, the tour would open at every start.
         return (Preferences { is_guided: true, ..Preferences::default() }, None);
     };
     let text = match std::fs::read_to_string(&place) {
@@ -37,7 +37,7 @@ fn ignored(place: &std::path::Path, why: &dyn std::fmt::Display) -> (Preferences
     (Preferences { is_guided: true, ..Preferences::default() }, Some(text))
 }
 
-/// Writes the preferences, whole or not at all. That they cannot be written is no reason to stop.
+/// Writes the preferences atomically. A failure to write them is not fatal.
 pub(crate) fn write(preferences: &Preferences) {
     let Some(place) = place() else { return };
     if let Some(folder) = place.parent() {

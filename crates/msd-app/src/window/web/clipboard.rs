@@ -1,4 +1,4 @@
-//! The clipboard of a page, which the browser sees to when it pastes.
+//! The clipboard of a page; the browser handles pasting.
 
 use super::page::tell;
 use egui::OutputCommand;
@@ -8,12 +8,12 @@ use winit::event::WindowEvent;
 pub(in crate::window) struct PageClipboard;
 
 impl PageClipboard {
-    /// The clipboard of the page that a window is on.
+    /// Returns the clipboard of the page of a window.
     pub(in crate::window) fn of<T>(_: &T) -> Self {
         PageClipboard
     }
 
-    /// Hands what a frame copied to the page.
+    /// Passes the copied text of a frame to the page.
     pub(in crate::window) fn copy(&mut self, commands: &[OutputCommand]) -> Result<(), String> {
         for command in commands {
             if let OutputCommand::CopyText(text) = command {
@@ -23,6 +23,6 @@ impl PageClipboard {
         Ok(())
     }
 
-    /// Does nothing: a browser tells of what is pasted.
+    /// Does nothing: the browser sends an event with the pasted text.
     pub(in crate::window) fn offer(&mut self, _: &WindowEvent, _: &mut egui_winit::State) {}
 }

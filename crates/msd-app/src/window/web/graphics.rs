@@ -1,4 +1,4 @@
-//! The loss of the graphics device: a browser takes it away when it likes, and gives another.
+//! Loss of the graphics device: a browser may revoke it at any time, and offer another.
 
 use super::page::{PageEvent, send};
 use std::cell::RefCell;
@@ -8,9 +8,9 @@ thread_local! {
     static DEVICE: RefCell<Option<wgpu::Device>> = const { RefCell::new(None) };
 }
 
-/// Lets the window know when a device is lost, and asks for another.
+/// Notifies the window when a device is lost, and requests another.
 pub(super) fn watch_device(device: &wgpu::Device) {
-    // WebGL2 has no such word: there the canvas says so, and the page passes it on.
+    // WebGL2 lacks this callback: there the canvas sends an event, which the page passes on.
     device.set_device_lost_callback(|_, _| {
         send(PageEvent::Lost);
         send(PageEvent::Restored);
@@ -18,19 +18,19 @@ pub(super) fn watch_device(device: &wgpu::Device) {
     DEVICE.set(Some(device.clone()));
 }
 
-/// Tells the window that the canvas has lost its graphics context.
+/// Notifies the window that the canvas has lost its graphics context.
 #[wasm_bindgen]
 pub fn graphics_lost() {
     send(PageEvent::Lost);
 }
 
-/// Tells the window that the canvas has a graphics context again.
+/// Notifies the window that the canvas has a graphics context again.
 #[wasm_bindgen]
 pub fn graphics_restored() {
     send(PageEvent::Restored);
 }
 
-/// Destroys the graphics device, as a browser may: for tests.
+/// Destroys the graphics device, for tests.
 #[wasm_bindgen]
 pub fn lose_device() {
     DEVICE.with_borrow(|device| device.as_ref().map(wgpu::Device::destroy));

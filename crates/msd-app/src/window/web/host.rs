@@ -16,14 +16,14 @@ use winit::event_loop::ActiveEventLoop;
 use winit::platform::web::WindowAttributesExtWebSys;
 use winit::window::WindowAttributes;
 
-/// How often what is remembered is kept.
+/// Interval between writes of the preferences.
 const KEPT_EVERY: Duration = Duration::from_secs(1);
 
 /// The page of a browser.
 pub(crate) struct Page {
     last_kept: Instant,
     is_lost: bool,
-    /// The piece of the panels that is to be laid out next before the first frame.
+    /// Next piece of the panels for the hidden layout before the first frame.
     rehearsed: Option<usize>,
 }
 
@@ -35,7 +35,7 @@ impl Host for Page {
         Page { last_kept: Instant::now(), is_lost: false, rehearsed: Some(0) }
     }
 
-    /// The page chooses the size.
+    /// The page sets the size.
     fn attributes(
         _: &Viewer,
         _: &ActiveEventLoop,
@@ -72,7 +72,7 @@ impl Host for Page {
         shell.rehearse()
     }
 
-    /// Keeps a recording that has ended, and now and then the preferences.
+    /// Downloads a finished recording, and stores the preferences at intervals.
     fn follow_frame(shell: &mut Shell) {
         if let Some((name, bytes)) = shell.viewer.session.take_recording() {
             give(&name, &bytes);
@@ -93,7 +93,7 @@ impl Host for Page {
             }
             PageEvent::Ask(question) => {
                 question(&mut shell.viewer);
-                // A frame would step, and a hidden page is paused.
+                // A frame would step, but a hidden page is paused.
                 let shown = shell.window.as_ref().filter(|_| !shell.hidden);
                 shown.inspect(|window| window.request_redraw());
             }
@@ -102,7 +102,7 @@ impl Host for Page {
 }
 
 impl Shell {
-    /// Lets go of a graphics device that is lost; what runs, and what the panels show, stays.
+    /// Releases a lost graphics device; the run and the state of the panels stay.
     fn lose_graphics(&mut self) {
         let Some(window) = &self.window else { return };
         if self.surface.take().is_none() {
@@ -110,7 +110,7 @@ impl Shell {
         }
         (self.host.is_lost, self.host.rehearsed) = (true, Some(0));
         tell("line", "The graphics device was lost; the scene waits for another.");
-        // The textures of the panels are lost too, and a context hands them out only once.
+        // The textures of the panels are lost too, and a context uploads them only once.
         let context = panel_context(self.context.zoom_factor());
         let memory = self.context.memory(Clone::clone);
         context.memory_mut(|new| *new = memory);
@@ -118,8 +118,8 @@ impl Shell {
         self.context = context;
     }
 
-    /// Lays out a piece of the panels before the first frame, and then all of them; whether it did.
-    /// What the first time takes would keep the page from answering, were it one frame.
+    /// Lays out a piece of the panels before the first frame, and finally all of them; returns
+    /// whether it did. In a single frame the first layout would block the page.
     fn rehearse(&mut self) -> bool {
         let (Some(window), Some(input), Some(surface), Some(piece)) =
             (&self.window, &mut self.input, &mut self.surface, self.host.rehearsed)
@@ -144,7 +144,7 @@ impl Shell {
 }
 
 impl WindowSurface {
-    /// Takes over egui's textures of what is not drawn.
+    /// Updates egui's textures of a layout that is not drawn.
     fn take_textures(&mut self, painting: &mut Painting) {
         self.canvas.take_textures(painting);
         self.canvas.free_textures(painting);

@@ -1,4 +1,4 @@
-//! The window on a page of a browser: a canvas, and what page and window tell each other.
+//! The window on a page of a browser: a canvas, and the messages between page and window.
 
 mod opening;
 mod page;
@@ -21,7 +21,7 @@ use crate::viewer::Viewer;
 use web_sys::HtmlCanvasElement;
 use web_sys::wasm_bindgen::JsCast;
 
-/// The `id` of the canvas that the window is.
+/// The `id` of the canvas of the window.
 const CANVAS: &str = "canvas";
 
 /// Shows a viewer in the canvas of the page.
@@ -35,15 +35,15 @@ fn show(viewer: Viewer) -> Result<(), Missing> {
     Ok(())
 }
 
-/// What the user did, in points of the page, and with all fingers on one screen.
+/// Adapts the user input: points of the page, and all fingers on one device.
 fn adapted(mut raw: egui::RawInput, context: &egui::Context) -> egui::RawInput {
     join_fingers(&mut raw);
     fit_points(&mut raw, context);
     raw
 }
 
-/// Makes points those of the page, whatever pixels the canvas has: where a browser pretends to
-/// another screen, the canvas keeps the pixels of the true one, and letters would be too large.
+/// Uses the points of the page, independently of the pixels of the canvas. If a browser emulates
+/// another screen, the canvas keeps the true pixels, and text would be too large.
 fn fit_points(raw: &mut egui::RawInput, context: &egui::Context) {
     let Some(canvas) = canvas() else { return };
     let [width, height] = [canvas.client_width(), canvas.client_height()].map(|side| side as f32);
@@ -55,8 +55,8 @@ fn fit_points(raw: &mut egui::RawInput, context: &egui::Context) {
     }
 }
 
-/// Makes all fingers those of one screen: winit gives each a device of its own, and fingers of
-/// several devices make no gesture.
+/// Assigns all fingers to one device: winit gives each its own, and egui recognizes no gesture
+/// across devices.
 fn join_fingers(raw: &mut egui::RawInput) {
     for event in &mut raw.events {
         if let egui::Event::Touch { device_id, .. } = event {
@@ -65,7 +65,7 @@ fn join_fingers(raw: &mut egui::RawInput) {
     }
 }
 
-/// The canvas of the page; without one winit makes its own, which nobody sees.
+/// Returns the canvas of the page; without one, winit creates its own, which is not attached.
 fn canvas() -> Option<HtmlCanvasElement> {
     web_sys::window()?.document()?.get_element_by_id(CANVAS)?.dyn_into().ok()
 }

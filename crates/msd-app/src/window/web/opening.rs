@@ -1,4 +1,4 @@
-//! The opening of scenes in a worker: bodies are filled there, and the page gets rows.
+//! Opening of scenes in a worker, which fills the bodies and returns rows to the page.
 
 use super::super::canvas::Painting;
 use super::super::{lay_out, panel_context};
@@ -8,7 +8,7 @@ use egui::{Pos2, RawInput, Rect, vec2};
 use msd_scene::Loaded;
 use wasm_bindgen::prelude::wasm_bindgen;
 
-/// The link of a fragment; of one that names no scene, that to the first scene.
+/// Parses the link of a fragment; without a scene, it is that to the first scene.
 pub(super) fn link_of(fragment: &str) -> Result<Link, String> {
     match Link::parse(fragment) {
         Err(LinkError::NoScene) => Ok(Link::to(msd_scene::BUILTINS[0].name)),
@@ -19,17 +19,17 @@ pub(super) fn link_of(fragment: &str) -> Result<Link, String> {
 /// Opens the scene that a link's fragment names, and returns its rows for the page.
 ///
 /// # Errors
-/// Why the link is not followed, one line.
+/// One line on why the link cannot be followed.
 #[wasm_bindgen]
 pub fn opened(fragment: &str) -> Result<Vec<u8>, String> {
     packed(&link_of(fragment)?.load().map_err(|error| error.to_string())?)
 }
 
-/// Does the same before the window is there, and lays out a frame that nobody sees: a browser
-/// compiles code when it first runs, for the page too if it ran in a worker.
+/// Does the same before the window exists, and lays out a hidden frame. A browser compiles code at
+/// its first run, and the page shares code that ran in a worker.
 ///
 /// # Errors
-/// Why the link is not followed, one line.
+/// One line on why the link cannot be followed.
 #[wasm_bindgen]
 pub fn opened_first(fragment: &str) -> Result<Vec<u8>, String> {
     let rows = opened(fragment)?;
@@ -37,7 +37,7 @@ pub fn opened_first(fragment: &str) -> Result<Vec<u8>, String> {
     Ok(rows)
 }
 
-/// Lays out a frame of the first scene, in a size that has room for all panels.
+/// Lays out a frame of the first scene, in a size with space for all panels.
 fn rehearse() {
     let link = Link::to(msd_scene::BUILTINS[0].name);
     let Ok(mut viewer) = Viewer::of_link(&link, catalogue()) else { return };
@@ -52,7 +52,7 @@ fn rehearse() {
 /// its rows for the page.
 ///
 /// # Errors
-/// Why it is refused, one line.
+/// One line on why the file is refused.
 #[wasm_bindgen]
 pub fn opened_file(name: &str, bytes: &[u8]) -> Result<Vec<u8>, String> {
     packed(&msd_scene::open_bytes(name, bytes).map_err(|error| error.to_string())?)
@@ -62,7 +62,7 @@ fn packed(loaded: &Loaded) -> Result<Vec<u8>, String> {
     postcard::to_stdvec(loaded).map_err(|error| error.to_string())
 }
 
-/// The scene that a worker has opened.
+/// Decodes the scene that a worker has opened.
 pub(super) fn unpacked(rows: &[u8]) -> Result<Loaded, String> {
     postcard::from_bytes(rows).map_err(|_| "the page and its worker are of two versions".into())
 }

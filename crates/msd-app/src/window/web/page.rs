@@ -1,7 +1,7 @@
-//! Questions of the page around the canvas to the window, and what the window tells it.
+//! Requests from the page around the canvas to the window, and messages of the window to it.
 //!
-//! The page calls the functions here by their names, and gives [`start`] a function that is called
-//! with the kind and the text of whatever the window has to tell: see [`tell`].
+//! The page calls these functions by name. It gives [`start`] a callback, which gets the kind and
+//! the text of each message of the window: see [`tell`].
 
 use super::super::{Arrival, Watcher, status_file};
 use super::opening::{link_of, unpacked};
@@ -14,13 +14,13 @@ use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
 use winit::event_loop::EventLoopProxy;
 
-/// What a page tells the window.
+/// An event from the page to the window.
 pub(crate) enum PageEvent {
-    /// The graphics device is lost; a browser takes it away when it likes.
+    /// The graphics device was lost.
     Lost,
-    /// There is a graphics device to be had again.
+    /// A graphics device is available again.
     Restored,
-    /// What the page does between two frames.
+    /// A function to run between two frames.
     Ask(Box<dyn FnOnce(&mut Viewer)>),
 }
 
@@ -31,12 +31,11 @@ thread_local! {
     static FRAMES: Cell<u64> = const { Cell::new(0) };
 }
 
-/// Starts the window in the canvas of the page, with the scene that a link's `fragment` names,
-/// whose `rows` a worker has opened, and the `preferences` that the page has kept; `by_touch` is
-/// whether fingers press what is there.
+/// Starts the window in the canvas of the page. `fragment` is that of a link, and `rows` its scene,
+/// from a worker. The page has stored `preferences`; `by_touch` is whether the input is by touch.
 ///
 /// # Errors
-/// Why there is no window, one line.
+/// One line on why there is no window.
 #[wasm_bindgen]
 pub fn start(
     fragment: &str,
@@ -47,7 +46,7 @@ pub fn start(
 ) -> Result<(), String> {
     console_log::init_with_level(log::Level::Warn).ok();
     TOLD.set(Some(told));
-    // A scene of the list is opened in a worker too.
+    // A worker also opens the scenes of the list.
     let open = |name: &str| {
         tell("open", &Link::to(name).to_string());
         None
@@ -55,13 +54,13 @@ pub fn start(
     let catalogue = Catalogue { open, ..catalogue() };
     let mut viewer = Viewer::of_loaded(&link_of(fragment)?, unpacked(rows)?, catalogue)?;
     (viewer.layout.in_page, viewer.layout.by_touch) = (true, by_touch);
-    // The guide is not offered by itself: the page names what there is to do.
+    // The page itself introduces the controls, so the tour does not open by itself.
     let kept = preferences.and_then(|text| Preferences::parse(&text).ok()).unwrap_or_default();
     viewer.set_preferences(Preferences { is_guided: true, ..kept });
     show(viewer).map_err(|what| what.to_string())
 }
 
-/// Does what a key would: `pause`, `restart`, `step`, `back`, `frame`, `pin`, `record`, `panels`,
+/// Performs a command: `pause`, `restart`, `step`, `back`, `frame`, `pin`, `record`, `panels`,
 /// `guide`, `help`.
 #[wasm_bindgen]
 pub fn command(name: &str) -> Promise {
@@ -85,7 +84,7 @@ pub fn command(name: &str) -> Promise {
     })
 }
 
-/// Shows the scene that a link's fragment names, set up as it says; a worker has opened its `rows`.
+/// Shows the scene of a link's fragment with its settings; a worker has opened its `rows`.
 #[wasm_bindgen]
 pub fn show_link(fragment: &str, rows: &[u8]) -> Promise {
     let scene = link_of(fragment).and_then(|link| Ok((link, unpacked(rows)?)));
@@ -96,13 +95,13 @@ pub fn show_link(fragment: &str, rows: &[u8]) -> Promise {
     })
 }
 
-/// The fragment of a link to the scene as it is set up and looked at now.
+/// Returns the fragment of a link to the scene with its current settings and camera.
 #[wasm_bindgen]
 pub fn link() -> Promise {
     ask(|viewer| viewer.link().map(|link| link.to_string()))
 }
 
-/// The scenes of the list, a line for each: its name, a space and its title.
+/// Returns the scenes of the list, a line for each: name, space, title.
 #[wasm_bindgen]
 pub fn scenes() -> String {
     let line = |scene: &msd_scene::Builtin| format!("{} {}", scene.name, scene.title);
@@ -120,12 +119,12 @@ pub fn show_file(name: String, bytes: Vec<u8>, rows: &[u8]) -> Promise {
     })
 }
 
-/// Nothing, or why the last thing was refused.
+/// Returns the last refusal as an error.
 fn refusal(viewer: &Viewer) -> Result<String, String> {
     viewer.session.refusal().map_or(Ok(String::new()), |reason| Err(reason.to_owned()))
 }
 
-/// The bytes of a saved run of what the window shows, to be downloaded.
+/// Returns the bytes of a saved run for download.
 #[wasm_bindgen]
 pub fn saved() -> Promise {
     ask_for(|viewer| {
@@ -135,7 +134,7 @@ pub fn saved() -> Promise {
     })
 }
 
-/// Shows the scene without panels, or with them.
+/// Shows the scene without or with panels.
 #[wasm_bindgen]
 pub fn set_bare(bare: bool) -> Promise {
     ask(move |viewer| {
@@ -144,13 +143,13 @@ pub fn set_bare(bare: bool) -> Promise {
     })
 }
 
-/// What the window shows, as JSON: see [`status_file`]. Places are in CSS pixels of the canvas.
+/// Returns the state of the window as JSON: see [`status_file`]. Positions are in CSS pixels.
 #[wasm_bindgen]
 pub fn status() -> Promise {
     ask(|viewer| Ok(status_file::report(viewer, 1.0, FRAMES.get()).to_string()))
 }
 
-/// Where a particle is, metres, three numbers: for tests.
+/// Returns the position of a particle, metres, three numbers: for tests.
 #[wasm_bindgen]
 pub fn position(particle: usize) -> Promise {
     ask(move |viewer| {
@@ -159,8 +158,8 @@ pub fn position(particle: usize) -> Promise {
     })
 }
 
-/// Asks something of the viewer between two frames; the promise holds the answer, or the line that
-/// says why there is none.
+/// Runs a function on the viewer between two frames; the promise has its answer, or an error of one
+/// line.
 fn ask(question: impl FnOnce(&mut Viewer) -> Result<String, String> + 'static) -> Promise {
     ask_for(|viewer| question(viewer).map(JsValue::from))
 }
@@ -174,30 +173,30 @@ fn ask_for(question: impl FnOnce(&mut Viewer) -> Result<JsValue, String> + 'stat
                 Ok(answer) => (resolve, answer),
                 Err(text) => (reject, text.into()),
             };
-            // Settling a promise throws nothing.
+            // Settling a promise does not throw.
             settle.call1(&JsValue::NULL, &answer).ok();
         };
         send(PageEvent::Ask(Box::new(answer)));
     })
 }
 
-/// Sends something to the window. Without a window nobody answers.
+/// Sends an event to the window, if it exists.
 pub(super) fn send(event: PageEvent) {
     let arrival = Arrival::Host(event);
     WINDOW.with_borrow(|window| window.as_ref().map(|window| window.send_event(arrival).ok()));
 }
 
-/// Sends questions of the page to this window.
+/// Registers the window that receives the events of the page.
 pub(super) fn listen(window: EventLoopProxy<Arrival>) {
     WINDOW.set(Some(window));
 }
 
-/// Counts frames, and tells the page of each one, of each scene and of each pause.
+/// Counts frames, and notifies the page of each frame, scene and pause.
 pub(super) fn watcher() -> Watcher {
     let (mut scene, mut is_paused) = (String::new(), false);
     Box::new(move |viewer, _, _| {
         FRAMES.set(FRAMES.get() + 1);
-        // At each: what was drawn can be copied until this returns.
+        // At each frame: the drawing buffer can be copied until this returns.
         tell("frame", "");
         let name = &viewer.session.loaded().name;
         if *name != scene {
@@ -211,17 +210,17 @@ pub(super) fn watcher() -> Watcher {
     })
 }
 
-/// Tells the page something. The kinds: `frame`, one was drawn; `scene`, this one is shown;
-/// `paused`, whether it is, `yes` or nothing; `open`, this fragment is to be opened; `copy`, this
-/// text is for the clipboard; `refused`, why a link or file was not taken; `line`, something that
-/// the user should know; `preferences`, to be kept; `missing`, why there is no window any more.
+/// Sends a message to the page. The kinds: `frame`, a frame was drawn; `scene`, the name of the new
+/// scene; `paused`, `yes` or empty; `open`, a fragment to open; `copy`, a text for the clipboard;
+/// `refused`, an error of a link or file; `line`, a message for the user; `preferences`, to be
+/// stored; `missing`, why the window has closed.
 pub(crate) fn tell(kind: &str, text: &str) {
     let told = TOLD.with_borrow(Clone::clone);
-    // The page would have to fail in its own code, and says so on the console.
+    // If it throws, its own code has failed, and the browser logs the error.
     told.map(|told| told.call2(&JsValue::NULL, &kind.into(), &text.into()).ok());
 }
 
-/// Lets the page keep preferences until the next start, where they differ from those kept last.
+/// Lets the page store preferences until the next start, if they have changed.
 pub(crate) fn keep(preferences: &Preferences) {
     let text = preferences.to_text();
     if KEPT.with_borrow(|kept| *kept != text) {
@@ -230,7 +229,7 @@ pub(crate) fn keep(preferences: &Preferences) {
     }
 }
 
-/// Gives the page a file to be downloaded: tells it `file`, the name and the bytes.
+/// Sends a file to the page for download: the kind `file`, the name and the bytes.
 pub(crate) fn give(name: &str, bytes: &[u8]) {
     let told = TOLD.with_borrow(Clone::clone);
     let bytes = Uint8Array::from(bytes);

@@ -1,4 +1,4 @@
-//! The replay of a recording, for a worker of the page.
+//! The replay of a recording, for a web worker.
 
 use msd_run::recording::read_recording;
 use msd_run::replay::Replay;
@@ -6,11 +6,11 @@ use msd_scene::schema::SolverRow;
 use msd_scene::{saved_bytes, state_hash};
 use wasm_bindgen::prelude::wasm_bindgen;
 
-/// Replays the recording of a file called `name` to its end, and returns the bytes of a saved run
-/// of that.
+/// Replays the recording of a file called `name`, and returns the bytes of a saved run of its end.
 ///
 /// # Errors
-/// A line on why it cannot be read or replayed, or that it ends in other bits than were recorded.
+/// A line on why it cannot be read or replayed, or that its last state differs from the recorded
+/// one.
 #[wasm_bindgen]
 pub fn replayed(name: &str, bytes: &[u8]) -> Result<Vec<u8>, String> {
     let recording = read_recording(bytes, name).map_err(|error| error.to_string())?;

@@ -5,10 +5,10 @@ use msd_run::pace::best_pace;
 use wasm_bindgen::prelude::wasm_bindgen;
 use web_time::Instant;
 
-/// Steps a work for some seconds, and returns the spring updates per second of its best batch.
+/// Steps a workload for some seconds, and returns the spring updates per second of its best batch.
 ///
 /// # Errors
-/// A line that says why there is none.
+/// A line on why there is no result.
 #[wasm_bindgen]
 pub fn measure(work: &str, seconds: f64) -> Result<f64, String> {
     let start = Instant::now();

@@ -1,4 +1,4 @@
-//! The worker's side of work beside the page: see `session/trade/worker/web.rs`.
+//! The worker's side of background work: see `session/trade/worker/web.rs`.
 
 use crate::session::{
     Drive, Note, Order, RetryTask, SearchTask, SoundnessTask, StudyTask, Task, TermsTask, drive,
@@ -8,7 +8,7 @@ use msd_study::choice::Choice;
 use msd_study::monitor::{Halt, Progress};
 use wasm_bindgen::prelude::{JsValue, wasm_bindgen};
 
-/// Work of a worker, which follows orders between its pieces.
+/// Background work of a worker, which handles orders between its pieces.
 #[wasm_bindgen]
 pub struct BackgroundWork {
     drive: Drive,
@@ -20,10 +20,10 @@ pub struct BackgroundWork {
 
 #[wasm_bindgen]
 impl BackgroundWork {
-    /// Takes up work that the page sent, by its kind; `page` is called with what came of it.
+    /// Decodes a task of the page by its kind; `page` is called with the results.
     ///
     /// # Errors
-    /// A line, where the page is another version of the program.
+    /// A line, if the page has another version of the program.
     #[wasm_bindgen(constructor)]
     pub fn new(kind: &str, task: &[u8], page: Function) -> Result<BackgroundWork, String> {
         let drive = match kind {
@@ -39,7 +39,7 @@ impl BackgroundWork {
         Ok(BackgroundWork { drive, in_pieces, page, wish: None, paused: false })
     }
 
-    /// Does the next piece; whether there is more to do.
+    /// Works on the next piece; returns whether more work is left.
     pub fn advance(&mut self) -> bool {
         if self.paused {
             return false;
@@ -60,12 +60,12 @@ impl BackgroundWork {
         false
     }
 
-    /// Follows an order of the page.
+    /// Handles an order of the page.
     pub fn hear(&mut self, order: &[u8]) {
         match postcard::from_bytes(order) {
             Ok(Order::Wish(choice)) => self.wish = Some(choice),
             Ok(Order::Pause(paused)) => self.paused = paused,
-            // The page is the same program.
+            // Cannot fail: the page has the same program.
             Err(_) => {}
         }
     }
@@ -73,6 +73,6 @@ impl BackgroundWork {
 
 fn post(page: &Function, note: &Note) {
     let bytes = postcard::to_stdvec(note).unwrap_or_default();
-    // The page reads what it is sent, or is gone.
+    // The page reads all messages, or no longer exists.
     page.call1(&JsValue::NULL, &Uint8Array::from(&bytes[..])).ok();
 }

@@ -1,11 +1,11 @@
-//! The check of equal bits in the page: see [`Verification`].
+//! The check of bit-reproducibility in the page: see [`Verification`].
 
 use msd_run::kept::Verification;
 use std::time::Duration;
 use wasm_bindgen::prelude::wasm_bindgen;
 use web_time::Instant;
 
-/// Computes the kept hashes in the page, in slices of time.
+/// Computes the hashes of the reference runs in the page, in time slices.
 #[wasm_bindgen]
 #[derive(Default)]
 pub struct Verifier {
@@ -14,14 +14,14 @@ pub struct Verifier {
 
 #[wasm_bindgen]
 impl Verifier {
-    /// Begins.
+    /// Begins the check.
     #[wasm_bindgen(constructor)]
     #[allow(clippy::new_without_default, reason = "a page has no trait")]
     pub fn new() -> Self {
         Verifier::default()
     }
 
-    /// Goes on for some milliseconds, and says how far it is.
+    /// Continues for some milliseconds, and describes the progress.
     pub fn slice(&mut self, milliseconds: u32) -> String {
         let start = Instant::now();
         let most = Duration::from_millis(milliseconds.into());
@@ -37,7 +37,7 @@ impl Verifier {
         }
     }
 
-    /// Whether all is done.
+    /// Returns whether all runs are checked.
     #[wasm_bindgen(getter)]
     pub fn is_done(&self) -> bool {
         self.verification.is_done()

@@ -1,4 +1,4 @@
-//! Work in the background: on a thread, or in a browser in a worker of the page.
+//! Background work, on a thread or, in a browser, in a web worker.
 
 #[cfg(not(target_arch = "wasm32"))]
 mod native;
@@ -18,16 +18,16 @@ use msd_study::choice::Choice;
 use msd_study::monitor::{Halt, Monitor, Progress};
 use std::sync::Arc;
 
-/// What a worker has to show.
+/// State of a worker.
 #[derive(Debug)]
 pub struct Report<T> {
-    /// How far it is; nothing before it began.
+    /// Progress; `None` before the start.
     pub progress: Option<Progress>,
-    /// What it found so far.
+    /// Results so far.
     pub found: Option<Arc<T>>,
-    /// Whether nothing is left to do.
+    /// Whether no work is left.
     pub idle: bool,
-    /// Why it gave up.
+    /// Reason for a failure.
     pub failure: Option<String>,
 }
 
@@ -45,22 +45,22 @@ impl<T> Clone for Report<T> {
     }
 }
 
-/// Work in the background, as a state machine that a thread or a worker of the page drives.
+/// Background work as a state machine, driven by a thread or a web worker.
 pub(crate) trait Task: Send + 'static {
-    /// What comes of it.
+    /// Type of the result.
     type Found;
-    /// What a worker of a page knows it by.
+    /// Name of the task for a web worker.
     #[cfg_attr(not(target_arch = "wasm32"), allow(dead_code, reason = "a thread is given it"))]
     const NAME: &'static str;
-    /// Whether it has many pieces, between which it can pause, and waits for choices after the
-    /// last: the only piece of another task begins anew after a pause where it cannot wait within.
+    /// Whether the task has many pieces, pauses between them, and waits for choices after the last.
+    /// A task in one piece restarts after a pause if it cannot wait within the piece.
     const IN_PIECES: bool;
 
-    /// Does the next piece, which is a trial of `choice` where the user asks for one; returns the
-    /// result so far, or `None` if nothing was left to do.
+    /// Works on the next piece, a trial of `choice` if the user requests one. Returns the result so
+    /// far, or `None` if no work was left.
     ///
     /// # Errors
-    /// What the core refuses; what [`Monitor::proceed`] returns.
+    /// Refusals of the core, and errors of [`Monitor::proceed`].
     fn advance(
         &mut self,
         choice: Option<Choice>,
@@ -68,5 +68,5 @@ pub(crate) trait Task: Send + 'static {
     ) -> Result<Option<Self::Found>, Halt>;
 }
 
-/// What is said of a worker that broke down.
+/// Message after a panic of a worker.
 const BROKEN: &str = "it failed: please report this";

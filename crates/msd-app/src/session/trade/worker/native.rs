@@ -8,20 +8,20 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What a worker takes of the machine, in words.
+/// Use of the machine by a worker, in words.
 pub const MANNERS: &str =
     "It takes at most half of one core, at low priority; resting it takes nothing";
-/// The largest share of one core that a worker takes.
+/// Largest share of one core for a worker.
 const SHARE: f64 = 0.5;
-/// How long it works before it rests, seconds: less than a frame, so that none waits for long.
+/// Length of a slice of work, seconds: less than a frame, so that no frame waits long.
 const SLICE: f64 = 4e-3;
 
-/// What both threads see.
+/// State shared by both threads.
 #[derive(Debug)]
 struct Desk<T> {
     report: Report<T>,
     paused: bool,
-    /// Whether nobody wants the result any more.
+    /// Whether the result is no longer wanted.
     ended: bool,
     wish: Option<Choice>,
 }
@@ -34,7 +34,7 @@ struct Shared<T> {
 
 impl<T> Shared<T> {
     fn desk(&self) -> MutexGuard<'_, Desk<T>> {
-        // A thread that panicked left whole values.
+        // A panicking thread leaves no partial values.
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -44,12 +44,12 @@ impl<T> Shared<T> {
     }
 }
 
-/// The window's end: reads what was found. When it is dropped the work ends.
+/// The window's handle: reads the results. Its drop cancels the work.
 #[derive(Debug)]
 pub(crate) struct Worker<T>(Arc<Shared<T>>);
 
 impl<T: Send + Sync + 'static> Worker<T> {
-    /// Begins to work.
+    /// Starts the work.
     pub(crate) fn start(mut work: impl Task<Found = T>) -> Self {
         let report = Report::default();
         let desk = Mutex::new(Desk { report, paused: false, ended: false, wish: None });
@@ -70,17 +70,17 @@ impl<T: Send + Sync + 'static> Worker<T> {
         Worker(shared)
     }
 
-    /// What there is to show.
+    /// Returns the current report.
     pub(crate) fn report(&self) -> Report<T> {
         self.0.desk().report.clone()
     }
 
-    /// Rests or goes on.
+    /// Pauses or resumes the work.
     pub(crate) fn set_paused(&self, paused: bool) {
         self.0.change(|desk| desk.paused = paused);
     }
 
-    /// Asks for a choice to be tried next.
+    /// Requests a trial of a choice as the next one.
     pub(crate) fn wish(&self, choice: Choice) {
         self.0.change(|desk| desk.wish = Some(choice));
     }
@@ -92,7 +92,7 @@ impl<T> Drop for Worker<T> {
     }
 }
 
-/// Drives a task to its end, or until nobody wants the result any more.
+/// Drives a task to its end, or until it is cancelled.
 fn drive<W: Task>(task: &mut W, monitor: &mut ThreadMonitor<W::Found>) -> Result<(), Halt> {
     let mut is_idle = false;
     loop {
@@ -108,15 +108,15 @@ fn drive<W: Task>(task: &mut W, monitor: &mut ThreadMonitor<W::Found>) -> Result
     }
 }
 
-/// The thread's end.
+/// The thread's handle.
 struct ThreadMonitor<T> {
     shared: Arc<Shared<T>>,
-    /// When the present slice of work began.
+    /// Start of the current slice of work.
     since: Instant,
 }
 
 impl<T> ThreadMonitor<T> {
-    /// Takes the choice to be tried next; one that is idle waits for it.
+    /// Takes the next requested choice; an idle task waits for one.
     fn wish(&mut self, is_idle: bool) -> Result<Option<Choice>, Halt> {
         let mut desk = self.shared.desk();
         if is_idle {
@@ -136,7 +136,7 @@ impl<T> Monitor for ThreadMonitor<T> {
         self.shared.change(|desk| desk.report.progress = Some(progress));
     }
 
-    /// Rests when it is time to, and waits while paused.
+    /// Rests after each slice, and waits while paused.
     fn proceed(&mut self) -> Result<(), Halt> {
         let result = |ended| if ended { Err(Halt::Cancelled) } else { Ok(()) };
         let worked = self.since.elapsed().as_secs_f64();
@@ -156,7 +156,7 @@ impl<T> Monitor for ThreadMonitor<T> {
     }
 }
 
-/// Runs work on a thread of its own, which is all that its steps may use: costs are of one core.
+/// Runs work on a thread pool of one thread, which its steps share: costs are of one core.
 fn spawn(work: impl FnOnce() + Send + 'static) -> Result<(), String> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(1)
@@ -171,7 +171,7 @@ mod tests {
     use super::*;
 
     fn wait_for<T: Send + Sync + 'static>(worker: &Worker<T>, what: fn(&Report<T>) -> bool) {
-        // Not a measurement: only an end for a test that fails.
+        // Not a measurement, only a time limit for a failing test.
         let begin = Instant::now();
         while !what(&worker.report()) {
             assert!(begin.elapsed() < Duration::from_secs(60), "nothing came");
@@ -179,7 +179,7 @@ mod tests {
         }
     }
 
-    /// Work in pieces that show what they find.
+    /// Work in pieces that report their results.
     struct Pieces<T, F>(F, std::marker::PhantomData<fn(T)>);
 
     impl<T: 'static, F> Task for Pieces<T, F>
@@ -215,7 +215,7 @@ mod tests {
         });
         wait_for(&worker, |report| report.found.is_some());
         worker.set_paused(true);
-        // What was under way ends.
+        // The piece in progress ends.
         std::thread::sleep(Duration::from_millis(50));
         let before = worker.report().found;
         std::thread::sleep(Duration::from_millis(50));
@@ -236,7 +236,7 @@ mod tests {
         });
         worker.set_paused(true);
         drop(worker);
-        // The thread drops the work, begun or not, and with it this end of the channel.
+        // The thread drops the work, started or not, and with it this end of the channel.
         let ended = Err(std::sync::mpsc::RecvTimeoutError::Disconnected);
         assert_eq!(end.recv_timeout(Duration::from_secs(60)), ended);
     }

@@ -1,4 +1,4 @@
-//! A worker of the page: the same program once more, beside the page, told and telling in bytes.
+//! A web worker: a second instance of the program beside the page, with messages in bytes.
 
 use super::{BROKEN, Report, Task};
 use js_sys::{Array, Uint8Array};
@@ -13,50 +13,50 @@ use wasm_bindgen::JsCast;
 use wasm_bindgen::prelude::{Closure, JsValue};
 use web_sys::{MessageEvent, WorkerOptions, WorkerType};
 
-/// What a worker takes of the machine, in words.
+/// Use of the machine by a worker, in words.
 pub const MANNERS: &str = "It takes at most half of one core on average; it rests when the setting \
                            at hand is measured, while a search or the prices of the parts begin \
                            anew after a rest";
 
-/// What the worker reports to the page.
+/// A message from the worker to the page.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) enum Note {
     Progress(Progress),
-    /// What was found, in bytes.
+    /// The result, in bytes.
     Found(Vec<u8>),
-    /// Nothing is left to do.
+    /// No work is left.
     Idle,
     Failed(String),
 }
 
-/// What the page asks of the worker.
+/// A message from the page to the worker.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) enum Order {
     Wish(Choice),
     Pause(bool),
 }
 
-/// The page's end: reads what was found. When it is dropped the work ends.
+/// The page's handle: reads the results. Its drop cancels the work.
 #[derive(Debug)]
 pub(crate) struct PageWorker<T> {
     report: Rc<RefCell<Report<T>>>,
-    /// What the worker knows the work by, and the work itself.
+    /// Name of the task and the task itself, for the worker.
     task: (&'static str, Vec<u8>),
     in_pieces: bool,
     state: RefCell<State>,
 }
 
-/// What the worker was told.
+/// Messages sent to the worker.
 #[derive(Debug, Default)]
 struct State {
-    /// Nothing before it is to work, and after all is done.
+    /// `None` before the start, and after the end.
     beside: Option<Beside>,
     paused: bool,
     wish: Option<Choice>,
 }
 
 impl<T: DeserializeOwned + 'static> PageWorker<T> {
-    /// Prepares to work, once it is known not to be paused.
+    /// Prepares to work; [`PageWorker::set_paused`] starts the worker.
     pub(crate) fn start<W: Task<Found = T> + Serialize>(work: W) -> Self {
         let bytes = postcard::to_stdvec(&work);
         let failure = bytes.as_ref().err().map(ToString::to_string);
@@ -69,12 +69,12 @@ impl<T: DeserializeOwned + 'static> PageWorker<T> {
         }
     }
 
-    /// What there is to show.
+    /// Returns the current report.
     pub(crate) fn report(&self) -> Report<T> {
         self.report.borrow().clone()
     }
 
-    /// Rests or goes on.
+    /// Pauses or resumes the work.
     pub(crate) fn set_paused(&self, paused: bool) {
         let mut state = self.state.borrow_mut();
         let is_over = self.report.borrow().idle && !self.in_pieces;
@@ -91,7 +91,7 @@ impl<T: DeserializeOwned + 'static> PageWorker<T> {
         state.paused = paused;
     }
 
-    /// Asks for a choice to be tried next.
+    /// Requests a trial of a choice as the next one.
     pub(crate) fn wish(&self, choice: Choice) {
         let mut state = self.state.borrow_mut();
         let State { beside: Some(beside), wish, .. } = &mut *state else { return };
@@ -103,7 +103,7 @@ impl<T: DeserializeOwned + 'static> PageWorker<T> {
     }
 }
 
-/// A worker of the browser, which ends when this is dropped.
+/// A web worker that this handle terminates on drop.
 #[derive(Debug)]
 struct Beside {
     worker: web_sys::Worker,
@@ -112,7 +112,7 @@ struct Beside {
 }
 
 impl Beside {
-    /// Starts a worker, or reports why there is none.
+    /// Starts a worker, or reports why that failed.
     fn start<T: DeserializeOwned + 'static>(
         name: &str,
         task: &[u8],
@@ -132,7 +132,7 @@ impl Beside {
         worker.set_onmessage(Some(hear.as_ref().unchecked_ref()));
         worker.set_onerror(Some(JsCast::unchecked_ref(fail.as_ref())));
         let start = Array::of3(&wasm_bindgen::module(), &name.into(), &Uint8Array::from(task));
-        // It has just been started: it throws where something cannot be sent, as nothing here.
+        // It throws only if an object cannot be sent, which does not apply to these.
         worker.post_message(&start).ok();
         Some(Beside { worker, _hear: hear, _fail: fail })
     }
@@ -145,7 +145,7 @@ impl Beside {
 
 impl Drop for Beside {
     fn drop(&mut self) {
-        // No late message meets a closure that is gone.
+        // No late message may call a dropped closure.
         self.worker.set_onmessage(None);
         self.worker.set_onerror(None);
         self.worker.terminate();
@@ -169,11 +169,11 @@ fn fail<T>(report: &mut Report<T>, why: &str) {
     (report.idle, report.failure) = (true, Some(why.to_owned()));
 }
 
-/// The next piece of a task, its result in bytes.
+/// Function that works on the next piece of a task, with its result in bytes.
 pub(crate) type Drive =
     Box<dyn FnMut(Option<Choice>, &mut dyn Monitor) -> Result<Option<Vec<u8>>, Halt>>;
 
-/// Reads a task that the page sent.
+/// Decodes a task from the page.
 pub(crate) fn drive<W>(task: &[u8]) -> Option<Drive>
 where
     W: Task<Found: Serialize> + DeserializeOwned,
