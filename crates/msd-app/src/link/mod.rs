@@ -92,7 +92,7 @@ impl Link {
     ///
     /// # Errors
     /// A line that names the file that is too large, or says that there are too many changes.
-    pub fn to_own(own: OwnScene, changes: Changes) -> Result<Self, String> {
+    pub(crate) fn to_own(own: OwnScene, changes: Changes) -> Result<Self, String> {
         let link = Link { scene: OWN.into(), own: None, changes: Some(changes) }.checked()?;
         own.encode(LONGEST.saturating_sub(link.to_string().len() + "&file=".len()))?;
         Ok(Link { scene: own.name(), own: Some(own), ..link })
@@ -200,7 +200,7 @@ impl fmt::Display for Link {
 
 impl Changes {
     /// Returns the keys of the scene that were set, those of its solver included.
-    pub fn set_of(&self, loaded: &Loaded) -> Edits {
+    pub(crate) fn set_of(&self, loaded: &Loaded) -> Edits {
         let mut set = self.former.as_ref().map(|former| former.keys(loaded)).unwrap_or_default();
         self.set.iter().for_each(|edit| set.set(edit.clone()));
         set

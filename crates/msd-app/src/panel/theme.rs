@@ -4,36 +4,36 @@ use egui::epaint::{Shape, shape_transform::adjust_colors};
 use egui::{Color32, Context, CornerRadius, FontFamily, FontId, Stroke, TextStyle, Theme, vec2};
 
 /// Background of the panels.
-pub const PANEL: Color32 = Color32::from_rgb(27, 30, 37);
+pub(crate) const PANEL: Color32 = Color32::from_rgb(27, 30, 37);
 /// Background of fields and buttons.
-pub const FIELD: Color32 = Color32::from_rgb(43, 48, 58);
+pub(crate) const FIELD: Color32 = Color32::from_rgb(43, 48, 58);
 /// Lines between parts.
 pub const LINE: Color32 = Color32::from_rgb(55, 61, 73);
 /// Ordinary text.
 pub const TEXT: Color32 = Color32::from_rgb(205, 211, 222);
 /// Secondary text.
-pub const FAINT: Color32 = Color32::from_rgb(138, 147, 163);
+pub(crate) const FAINT: Color32 = Color32::from_rgb(138, 147, 163);
 /// Selection.
-pub const ACCENT: Color32 = Color32::from_rgb(64, 132, 214);
+pub(crate) const ACCENT: Color32 = Color32::from_rgb(64, 132, 214);
 /// Selection in light panels, below dark text.
 const PALE: Color32 = Color32::from_rgb(146, 190, 244);
 /// A value within its limits.
-pub const GOOD: Color32 = Color32::from_rgb(110, 196, 132);
+pub(crate) const GOOD: Color32 = Color32::from_rgb(110, 196, 132);
 /// A value that needs attention.
-pub const WARN: Color32 = Color32::from_rgb(240, 180, 80);
+pub(crate) const WARN: Color32 = Color32::from_rgb(240, 180, 80);
 /// An error.
-pub const BAD: Color32 = Color32::from_rgb(240, 110, 100);
+pub(crate) const BAD: Color32 = Color32::from_rgb(240, 110, 100);
 
 /// Height of a control that a pointer presses, points.
 const POINTER: f32 = 20.0;
 /// Height of a control that a finger presses, points.
-pub const FINGER: f32 = 44.0;
+pub(crate) const FINGER: f32 = 44.0;
 
 /// Placeholder for a number that is being computed.
-pub const VOID: &str = "…";
+pub(crate) const VOID: &str = "…";
 
 /// Background of the box over a diverged run.
-pub const ALARM: Color32 = Color32::from_rgb(66, 30, 32);
+pub(crate) const ALARM: Color32 = Color32::from_rgb(66, 30, 32);
 
 /// The colours above, and their counterparts in light panels.
 const LIGHT: [(Color32, Color32); 9] = [
@@ -57,7 +57,7 @@ fn light(colour: Color32) -> Color32 {
 ///
 /// Panels use dark colours, and only this function knows of others. Overlays of the scene are white
 /// on a dark background in both themes.
-pub fn lighten(shape: &mut Shape) {
+pub(crate) fn lighten(shape: &mut Shape) {
     adjust_colors(shape, |colour| *colour = light(*colour));
 }
 

@@ -134,7 +134,11 @@ impl Clock {
     }
 
     /// Returns whether another step is due and within the budget, and takes it off the debt.
-    pub fn takes_step(&mut self, open: &mut OpenFrame, stopwatch: &impl Fn() -> f64) -> bool {
+    pub(crate) fn takes_step(
+        &mut self,
+        open: &mut OpenFrame,
+        stopwatch: &impl Fn() -> f64,
+    ) -> bool {
         let step = open.step;
         if self.owed < step {
             return false;

@@ -37,7 +37,7 @@ impl EnergyReadings {
 
     /// Returns the energy that contact has added since the last change of the run, joules: an error
     /// that shorter substeps reduce. `None` until a new reading.
-    pub fn added_by_contact(&self, run: &Run) -> Option<f64> {
+    pub(crate) fn added_by_contact(&self, run: &Run) -> Option<f64> {
         self.known(run).map(|Balance { contact: [before, now], .. }| now - before)
     }
 

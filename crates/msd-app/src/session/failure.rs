@@ -201,7 +201,7 @@ impl Session {
     }
 
     /// Returns the simulated time that a step back of about a second covers, seconds.
-    pub fn way_back(&self) -> f64 {
+    pub(crate) fn way_back(&self) -> f64 {
         self.origins().steps_of_a_second() as f64 * self.runner().settings().step
     }
 

@@ -38,7 +38,7 @@ impl Run {
     }
 
     /// Returns the current revision.
-    pub fn revision(&self) -> Revision {
+    pub(crate) fn revision(&self) -> Revision {
         self.revision
     }
 
@@ -81,7 +81,7 @@ impl Run {
     }
 
     /// Returns whether gusts do work: the energy balance then does not measure the method.
-    pub fn is_driven(&self) -> bool {
+    pub(crate) fn is_driven(&self) -> bool {
         self.is_driven
     }
 

@@ -110,7 +110,7 @@ impl StabilityLight {
     }
 
     /// Returns the age of the prediction, seconds of wall clock; it may lag behind the run.
-    pub fn age(&self) -> f64 {
+    pub(crate) fn age(&self) -> f64 {
         self.age
     }
 

@@ -142,7 +142,7 @@ impl Viewer {
     }
 
     /// Copies the link to the current view to the clipboard, or notes why there is none.
-    pub fn copy_link(&mut self) {
+    pub(crate) fn copy_link(&mut self) {
         self.note = Some(match self.link() {
             Ok(link) => {
                 self.wishes.clipboard = Some(link.to_string());

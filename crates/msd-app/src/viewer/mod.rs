@@ -484,7 +484,7 @@ impl Viewer {
     }
 
     /// Shows the loaded scene of a link with its settings and camera.
-    pub fn show_link(&mut self, link: &Link, loaded: Loaded) {
+    pub(crate) fn show_link(&mut self, link: &Link, loaded: Loaded) {
         let is_shown = match &link.own {
             Some(own) => self.show_opened(loaded, Some(Ok(own.clone()))),
             None => {
@@ -514,7 +514,11 @@ impl Viewer {
     ///
     /// # Errors
     /// One line on why the scene cannot run.
-    pub fn of_loaded(link: &Link, loaded: Loaded, catalogue: Catalogue) -> Result<Self, String> {
+    pub(crate) fn of_loaded(
+        link: &Link,
+        loaded: Loaded,
+        catalogue: Catalogue,
+    ) -> Result<Self, String> {
         let opened = link.own.is_some().then(|| loaded.clone());
         let mut viewer = Viewer::new(loaded, catalogue).map_err(|error| error.to_string())?;
         if opened.is_some() {
@@ -555,12 +559,12 @@ impl Viewer {
     }
 
     /// Shows a scene that was loaded from the bytes of a file called `name`.
-    pub fn show_bytes(&mut self, name: &str, bytes: &[u8], loaded: Loaded) {
+    pub(crate) fn show_bytes(&mut self, name: &str, bytes: &[u8], loaded: Loaded) {
         self.show_opened(loaded, Some(OwnScene::new(name, bytes)));
     }
 
     /// Ends the tour, which does not open by itself again.
-    pub fn end_guide(&mut self) {
+    pub(crate) fn end_guide(&mut self) {
         self.layout.guide = None;
         self.preferences.is_guided = true;
     }

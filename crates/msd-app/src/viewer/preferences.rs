@@ -62,12 +62,12 @@ impl Preferences {
     }
 
     /// Returns the same as JSON.
-    pub fn to_text(&self) -> String {
+    pub(crate) fn to_text(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
     /// Stores the camera of a scene.
-    pub fn keep_outlook(&mut self, scene: &str, outlook: Outlook) {
+    pub(crate) fn keep_outlook(&mut self, scene: &str, outlook: Outlook) {
         if MOST_CAMERAS <= self.cameras.len() && !self.cameras.contains_key(scene) {
             self.cameras.clear();
         }

@@ -24,7 +24,7 @@ impl Viewer {
     }
 
     /// Shows the twin beside the run, or as a ghost over it.
-    pub fn set_side_by_side(&mut self, on: bool) {
+    pub(crate) fn set_side_by_side(&mut self, on: bool) {
         self.let_go();
         self.layout.side_by_side = on;
         self.frame_all();
@@ -55,7 +55,7 @@ impl Viewer {
     }
 
     /// Returns the side under a point of the window.
-    pub fn side_at(&self, at: Pos2) -> Side {
+    pub(crate) fn side_at(&self, at: Pos2) -> Side {
         match self.sides() {
             [_, _] if self.layout.rect.center().x <= at.x => Side::Twin,
             _ => Side::Run,

@@ -37,7 +37,7 @@ impl Viewport {
 
     /// Returns the matrix from the scene to clip space, for [`Viewport::line`]: for many points,
     /// for which [`Viewport::project`] is too slow.
-    pub fn to_clip(&self) -> Mat4 {
+    pub(crate) fn to_clip(&self) -> Mat4 {
         self.camera.view_projection(self.aspect())
     }
 

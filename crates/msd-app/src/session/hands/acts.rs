@@ -123,7 +123,7 @@ impl Session {
     }
 
     /// Releases everything and selects nothing.
-    pub fn deselect(&mut self) {
+    pub(crate) fn deselect(&mut self) {
         self.release();
         self.grab = Grab::default();
     }

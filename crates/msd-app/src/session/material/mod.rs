@@ -275,7 +275,7 @@ impl Session {
     }
 
     /// Applies edits from a link: all keys but those of the solver.
-    pub fn edit_again(&mut self, mut set: Edits) {
+    pub(crate) fn edit_again(&mut self, mut set: Edits) {
         let Session { run, loaded, .. } = self;
         match run.change(|runner| set_all(runner, loaded, &set)) {
             Ok(target) => self.material.target = target,

@@ -80,7 +80,7 @@ impl Session {
     /// Notes the user input of a frame, before [`Session::advance`]. `presses`: a button was
     /// pressed; `holds`: a button or key is down, or a text field has the focus. Edits from a press
     /// to its release are a single undo step.
-    pub fn follow_hands(&mut self, presses: bool, holds: bool) {
+    pub(crate) fn follow_hands(&mut self, presses: bool, holds: bool) {
         self.undo.follow(presses, holds);
     }
 
