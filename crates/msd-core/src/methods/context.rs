@@ -13,7 +13,7 @@ use crate::contact::passage::fastest;
 use crate::contact::shells::{At, ShellRows};
 use crate::contact::{Contacts, Evaluated};
 use crate::elements::{ForceWork, Motion, column};
-use crate::number::Real;
+use crate::number::{Real, of_type};
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -130,6 +130,30 @@ pub(crate) enum Way {
     BetweenKicks,
     /// From positions that are kept in the first work column.
     Kept,
+}
+
+/// The functions with the loops that a user-defined method calls. The two tables below are not
+/// generic, so these are compiled in this crate and not in that of the method.
+struct Compiled<R: Real> {
+    set_forces: fn(&mut StepContext<'_, R>, f64) -> f64,
+    finish_substep: fn(&mut StepContext<'_, R>, f64),
+}
+
+static SINGLE: Compiled<f32> = Compiled::new();
+static DOUBLE: Compiled<f64> = Compiled::new();
+
+impl<R: Real> Compiled<R> {
+    const fn new() -> Self {
+        Compiled {
+            set_forces: |step, time| step.evaluate(time),
+            finish_substep: |step, taken| step.end_substep(taken),
+        }
+    }
+
+    /// The functions for a precision.
+    fn of_precision() -> &'static Self {
+        of_type(&SINGLE, &DOUBLE)
+    }
 }
 
 /// A step: the system, its state, and the work columns of the method.
@@ -251,6 +275,11 @@ impl<'a, R: Real> StepContext<'a, R> {
     /// Evaluates all forces at the current state and a time, seconds; returns the power dissipated,
     /// watts.
     pub fn set_forces(&mut self, time: f64) -> f64 {
+        (Compiled::of_precision().set_forces)(self, time)
+    }
+
+    /// The body of [`StepContext::set_forces`].
+    fn evaluate(&mut self, time: f64) -> f64 {
         self.place(time);
         let Scratch { forces, work, power_of_pins, .. } = &mut *self.scratch;
         let motion = self.state.motion(&self.model.slots, time);
@@ -292,6 +321,11 @@ impl<'a, R: Real> StepContext<'a, R> {
     /// The displacement of a particle in the substep is taken to be h v', with v' the velocity at
     /// its end, and the last forces to be those at its start.
     pub fn finish_substep(&mut self, taken: f64) {
+        (Compiled::of_precision().finish_substep)(self, taken);
+    }
+
+    /// The body of [`StepContext::finish_substep`].
+    fn end_substep(&mut self, taken: f64) {
         self.done.counted += taken;
         self.done.drive(self.scratch.power_of_pins * self.settings.substep());
         self.finish(Way::Kicked(0.0), Evaluated::AtStart);

@@ -525,7 +525,7 @@ impl<R: Real> Simulation<R> {
     fn add_to_obstacles(&mut self, add: impl FnOnce(&mut Obstacles<R>)) -> Result<(), Error> {
         let before = (self.model.obstacles.clone(), self.state.clone());
         add(&mut self.model.obstacles);
-        self.leave_obstacles();
+        (Compiled::of_precision().leave_obstacles)(self);
         self.scratch.warm = false;
         let inside = "inside the world once the obstacle has pushed the particle out";
         let checked = self.state().check(self.model.extent, inside);

@@ -6,6 +6,7 @@
 //! rounding it back is exact. Springs that are cut stay in the rows, since the order of sums
 //! follows from all of them. User-defined elements, obstacles and methods are not kept.
 
+use super::compiled::Compiled;
 use super::{Interaction, Simulation, step_start};
 use crate::contact::shells::RowImpulse;
 use crate::elements::grabs::Grab;
@@ -119,6 +120,11 @@ impl<R: Real> Simulation<R> {
     /// The first row or setting that is out of its domain: a scene and a progress may come from
     /// outside.
     pub fn resume(scene: &Scene, progress: &Progress) -> Result<Self, Error> {
+        (Compiled::of_precision().resume)(scene, progress)
+    }
+
+    /// The body of [`Simulation::resume`].
+    pub(super) fn resume_from(scene: &Scene, progress: &Progress) -> Result<Self, Error> {
         let (mut model, state) = Model::<R>::new(scene)?;
         check_progress::<R>(progress, [model.particle_count(), model.ends().len()])?;
         check_guides::<R>(&progress.guides, model.particle_count(), scene.solids.len())?;

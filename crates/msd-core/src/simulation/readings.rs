@@ -172,7 +172,7 @@ impl<R: Real> Simulation<R> {
     /// The forces on all particles in the order of the scene, newtons, and the power dissipated,
     /// watts.
     pub fn forces(&self) -> (Vec<R::Vec3>, f64) {
-        self.forces_in(&self.state)
+        (Compiled::of_precision().forces)(self, &self.state)
     }
 
     /// The forces that would act in another state of the system at the current time.
@@ -180,7 +180,7 @@ impl<R: Real> Simulation<R> {
     /// # Panics
     /// If the state has another number of particles.
     pub fn forces_at(&self, state: &State<R>) -> (Vec<R::Vec3>, f64) {
-        self.forces_in(&self.columns_of(state))
+        (Compiled::of_precision().forces)(self, &self.columns_of(state))
     }
 
     /// The force with which pins hold those of these particles that are pinned, newtons: minus the
@@ -208,7 +208,8 @@ impl<R: Real> Simulation<R> {
         groups.into_iter().map(sum).collect()
     }
 
-    fn forces_in(&self, columns: &Columns<R>) -> (Vec<R::Vec3>, f64) {
+    /// The body of [`Simulation::forces`] and [`Simulation::forces_at`].
+    pub(super) fn forces_in(&self, columns: &Columns<R>) -> (Vec<R::Vec3>, f64) {
         let slots = &self.model.slots;
         let mut work = ForceWork::new(&self.model.springs, slots);
         let mut forces = column(slots, 0);

@@ -5,6 +5,7 @@
 //! there, and the springs are put in order anew; a removed one leaves a gap.
 
 use super::Simulation;
+use super::compiled::Compiled;
 use crate::contact::shells::ShellRows;
 use crate::error::Error;
 use crate::number::{Real, Vector};
@@ -171,7 +172,7 @@ impl<R: Real> Simulation<R> {
         self.good = Columns::new(&self.model.slots, 2);
         self.rows.forget();
         self.renew_scratch();
-        self.leave_obstacles();
+        (Compiled::of_precision().leave_obstacles)(self);
         Ok(())
     }
 }

@@ -9,6 +9,9 @@ use crate::columns::slots::Slots;
 use crate::elements::Force;
 use crate::number::{Real, of_type};
 
+/// All kinds but springs, and the places of the particles.
+type BesideSprings<'a, R> = ([&'a mut dyn Force<R>; 7], &'a Slots);
+
 /// The functions that make the lists.
 pub(super) struct Kinds<R: Real> {
     /// The kinds that only join particles to each other, in the order of their sums: none of them
@@ -18,8 +21,8 @@ pub(super) struct Kinds<R: Real> {
     pub(super) single: fn(&Model<R>) -> [&dyn Force<R>; 3],
     /// The kinds that may do anything, known by their elements alone.
     pub(super) other: fn(&Model<R>) -> [&dyn Force<R>; 2],
-    /// All kinds but springs, which put the particles in order, and that order.
-    pub(super) beside_springs: fn(&mut Model<R>) -> ([&mut dyn Force<R>; 7], &Slots),
+    /// All kinds but springs, which put the particles in order.
+    pub(super) beside_springs: fn(&mut Model<R>) -> BesideSprings<'_, R>,
 }
 
 static SINGLE: Kinds<f32> = Kinds::new();
