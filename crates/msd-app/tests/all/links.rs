@@ -193,8 +193,8 @@ fn a_link_that_says_nothing_usable_is_refused_in_one_line() {
     let cut = &whole[..whole.len() - 5];
     for (link, words) in [
         (cut, "damaged"),
-        ("#scene=nothing", "a scene that is not there: `nothing`"),
-        ("#scene=/etc/passwd", "a scene that is not there"),
+        ("#scene=nothing", "an unknown scene: `nothing`"),
+        ("#scene=/etc/passwd", "an unknown scene"),
         ("#scene=", "names no scene"),
     ] {
         for command in ["run", "view"] {

@@ -468,10 +468,10 @@ fn help_opens_and_closes() {
     let mut harness = harness();
     harness.state_mut().command(Command::Help);
     harness.run_steps(3);
-    assert!(harness.query_by_label("pause or go on").is_some());
+    assert!(harness.query_by_label("pause / resume").is_some());
     harness.state_mut().command(Command::Escape);
     harness.run_steps(3);
-    assert!(harness.query_by_label("pause or go on").is_none());
+    assert!(harness.query_by_label("pause / resume").is_none());
 }
 
 #[test]
