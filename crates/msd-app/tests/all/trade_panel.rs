@@ -298,13 +298,13 @@ fn the_slider_walks_from_fast_to_accurate_and_the_panel_says_what_changed() {
     let mut harness = builder.build_ui_state(frame, viewer);
     theme::apply(&harness.ctx);
     harness.run_steps(3);
-    harness.get_by_label_contains("Trade: error").click();
+    harness.get_by_label_contains("Accuracy vs. cost").click();
     harness.run_steps(3);
     assert!(harness.state().session.trade().is_on());
     wait_until(&mut harness.state_mut().session, |session| 20 <= points(session));
     harness.run_steps(3);
     assert!(harness.query_by_label_contains("settings measured").is_some());
-    assert!(harness.query_by_label_contains("now: ").is_some());
+    assert!(harness.query_by_label_contains("current: ").is_some());
     let slider = harness.get_by_role_and_label(Role::Slider, "fast – accurate").rect();
     let press = |harness: &mut Harness<'_, Viewer>, at: egui::Pos2| {
         harness.hover_at(at);
@@ -340,7 +340,7 @@ fn the_slider_walks_from_fast_to_accurate_and_the_panel_says_what_changed() {
     assert_eq!(harness.state().session.material().values().gravity, 0.0);
     assert!(harness.query_by_label_contains("searching for error below").is_none());
     assert!(harness.query_by_label("off").is_some());
-    assert!(harness.query_by_label_contains("waiting until the scene").is_some());
+    assert!(harness.query_by_label_contains("waiting until you stop").is_some());
 }
 
 /// Drags the slider from one end to the other with one frame per two seconds, and undoes that.
