@@ -215,7 +215,7 @@ const tests = {
     for (const [fragment, words] of [
       ['#scene=cloth&with=AwIDBAUGBw', 'damaged'],
       ['#scene=cloth&with=Y2NjY2NjY2M', 'another version'],
-      ['#scene=nothing', 'not there'],
+      ['#scene=nothing', 'unknown scene'],
     ]) {
       await page.go(fragment);
       assert.equal((await page.status()).scene, 'cube');
@@ -258,7 +258,7 @@ const tests = {
     }, page.way);
     // The line about the wait for another device may last less than a frame.
     await page.line('graphics device was lost');
-    await page.line('drawn again');
+    await page.line('rendering resumed');
     await page.frames();
     const after = await page.status();
     assert.deepEqual([after.steps, after.paused], [before.steps, true]);
@@ -511,7 +511,7 @@ const once = {
     // A change of a field begins a search in another worker.
     const field = done.landmarks.within;
     await page.drag([field[0] + field[2] / 2, field[1] + field[3] / 2], [-12, 0]);
-    await page.until('a search', now => /^within .* tried$/.test(now.trade?.search ?? ''));
+    await page.until('a search', now => /^error below .* tried$/.test(now.trade?.search ?? ''));
     await page.page.evaluate(() => window.msd.open('#scene=square'));
     await page.until('a study of the new scene', now => now.scene === 'square' && 0 < (now.trade?.measured ?? 0));
     await page.page.setViewportSize({ width: 960, height: 640 });
@@ -538,7 +538,7 @@ const once = {
     await page.page.waitForFunction(() => document.documentElement.dataset.verified, null,
       { timeout: 5 * PATIENCE });
     const line = await page.page.evaluate(() => document.documentElement.dataset.verified);
-    assert.match(line, /^all \d+ runs end in the bits that are kept/);
+    assert.match(line, /^all \d+ runs match the reference bits/);
     console.log(`    ${line}`);
   },
 

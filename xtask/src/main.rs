@@ -82,7 +82,7 @@ fn main() -> ExitCode {
 fn run(command: Command) -> Result<(), Failure> {
     // Many runs at once, or costs that are compared: each on one thread.
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build_global();
-    alone.map_err(|error| Failure::input(format!("no thread to run on: {error}")))?;
+    alone.map_err(|error| Failure::input(format!("cannot create a thread: {error}")))?;
     match command {
         Command::Extremes(arguments) => command::extremes::run_extremes(&arguments),
         Command::Pace { work, seconds } => command::run_pace(&work, seconds),

@@ -52,10 +52,10 @@ impl Kind {
             (_, false) if is_moving => {
                 refused("a film takes --frames FROM:TO:EVERY, such as --frames 0:10:1/30")
             }
-            (_, false) => refused("pictures are written as PNG; end the name in .png"),
+            (_, false) => refused("pictures are written as PNG; use .png"),
             (_, true) => refused(
-                "unknown extension; end the name in .webp, .gif or %04d.png, or in .mp4, \
-                 .webm, .mov or .mkv, which take ffmpeg",
+                "unknown extension; use .webp, .gif or %04d.png, or .mp4, .webm, .mov or .mkv \
+                 (these need ffmpeg)",
             ),
         }
     }
@@ -431,8 +431,7 @@ impl ByFfmpeg {
         }
         let child = command.spawn().map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => format!(
-                "{}: a .{ending} film is made by ffmpeg, which is not installed; .webp and .gif \
-                 take nothing else",
+                "{}: .{ending} needs ffmpeg, which is not installed; .webp and .gif do not",
                 shown_path(path)
             ),
             _ => format!("ffmpeg cannot be started: {error}"),
@@ -488,7 +487,7 @@ mod tests {
         let told = |name: &str, is_film| of(name, is_film).expect_err(name);
         assert!(told("a.png", true).contains("as in %04d.png"));
         assert!(told("a.gif", false).contains("--frames 0:10:1/30"));
-        assert!(told("a.jpg", false).contains("end the name in .png"));
+        assert!(told("a.jpg", false).contains("use .png"));
         assert!(told("a.xyz", true).contains(".webp, .gif"));
         for name in ["%.png", "%99d.png", "%d%d.png", "%sd.png"] {
             assert!(of(name, true).is_err(), "{name}");

@@ -277,8 +277,7 @@ fn summary(report: &BenchReport, arguments: &BenchArguments, written: bool) -> S
     }));
     let [wall, cpu] = [ms_per_frame.wall, ms_per_frame.cpu].map(|ms| quantity(1e-3 * ms, "s"));
     let frames = counted(*frames_per_batch, "frame");
-    lines
-        .push(format!("{wall} per frame, {cpu} of processor time ({batches} batches of {frames})"));
+    lines.push(format!("{wall} per frame, {cpu} of CPU time ({batches} batches of {frames})"));
     lines.extend(
         report
             .peak_memory_bytes

@@ -69,7 +69,7 @@ pub fn run_export(arguments: &ExportArguments) -> Result<(), Failure> {
         ExportEnd::Unwritten(error) => return Err(Failure::input(error)),
         ExportEnd::Interrupted => {
             let told = format!("interrupted after {}", quantity(time, "s"));
-            Some(Failure::interrupted(format!("{told}; what there was up to then is written")))
+            Some(Failure::interrupted(format!("{told}; the output so far is written")))
         }
         ExportEnd::Done => None,
     };
@@ -136,7 +136,7 @@ fn format_of(to: &Path) -> Result<Format, Failure> {
     let format = Format::of(to).ok_or_else(|| {
         let endings = Format::ALL.map(|format| format!(".{}", format.ending()));
         let [others @ .., last] = &endings;
-        refused(format!("unknown extension; end the name in {} or {last}", others.join(", ")))
+        refused(format!("unknown extension; use {} or {last}", others.join(", ")))
     })?;
     match format.missing() {
         Some(instead) => Err(refused(instead.into())),

@@ -12,7 +12,7 @@ use msd_study::quantity::{counted, number, quantity, rounded};
 pub fn run_inspect(arguments: &InspectArguments) -> Result<(), Failure> {
     let loaded = open_scene(&arguments.scene, &arguments.set.set)?;
     let refused = |error| Failure::input(format!("{}: {error}", shown_path(&arguments.scene)));
-    let notice = SlowNotice::new("looking for the slowest motions of the bodies".to_owned());
+    let notice = SlowNotice::new("computing the lowest modes of the bodies".to_owned());
     let report = InspectReport::new(&loaded, set_keys(&arguments.set.set)).map_err(refused)?;
     drop(notice);
     if arguments.json {
@@ -64,7 +64,7 @@ fn body_lines(body: &Inspection, asked: Option<f64>) -> Vec<String> {
         lines.push("  its volume is unknown: its surface has holes".into());
     }
     // In the unit of the lowest modes.
-    lines.push(format!("  fastest motion {} Hz", number(body.fastest)));
+    lines.push(format!("  highest frequency {} Hz", number(body.fastest)));
     if let Some(first) = body.slowest.first() {
         let frequencies = body.slowest.iter().map(|slow| rounded(slow.frequency, 3));
         let frequencies: Vec<String> = frequencies.collect();
@@ -75,10 +75,10 @@ fn body_lines(body: &Inspection, asked: Option<f64>) -> Vec<String> {
                 format!(", {which}with a damping ratio of {}", rounded(ratio, 2))
             }
         };
-        let noun = if body.slowest.len() == 1 { "motion" } else { "motions" };
-        lines.push(format!("  slowest {noun} {} Hz{damping}", frequencies.join(", ")));
+        let noun = if body.slowest.len() == 1 { "frequency" } else { "frequencies" };
+        lines.push(format!("  lowest {noun} {} Hz{damping}", frequencies.join(", ")));
     }
-    lines.extend(body.slowest_unknown.map(|why| format!("  its slowest motions {why}")));
+    lines.extend(body.slowest_unknown.map(|why| format!("  its lowest modes {why}")));
     lines.extend(body.touch.iter().flat_map(touch_lines));
     lines
 }
@@ -105,15 +105,15 @@ fn touch_lines(touch: &Touching) -> Vec<String> {
         [thickness, friction, restitution].map(|&it| number(it));
     let whom = if *itself { "itself and others" } else { "others" };
     let mut lines = vec![format!(
-        "  meets {whom} at a thickness of {thickness} m, friction {friction}, restitution \
+        "  collides with {whom}: thickness {thickness} m, friction {friction}, restitution \
          {restitution}"
     )];
-    lines.extend(obstacles.then(|| "  keeps its thickness from obstacles too".to_owned()));
+    lines.extend(obstacles.then(|| "  collides with obstacles at its thickness".to_owned()));
     lines.extend(with.iter().map(|TouchingWith { body, friction, restitution }| {
         let own = [("friction", friction), ("restitution", restitution)];
         let said =
             own.iter().filter_map(|(key, value)| Some(format!("{key} {}", number((**value)?))));
-        format!("  meets {} with {}", tame(body), said.collect::<Vec<_>>().join(", "))
+        format!("  collides with {}: {}", tame(body), said.collect::<Vec<_>>().join(", "))
     }));
     let ignored: Vec<String> = ignore.iter().map(|body| tame(body).to_string()).collect();
     lines.extend((!ignored.is_empty()).then(|| format!("  passes through {}", ignored.join(", "))));

@@ -55,7 +55,7 @@ pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
     use CliCommand::{Study, Sweep, Tune};
     if let Some(Study(_) | Tune(_) | Sweep(_)) = arguments.command {
         let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build_global();
-        alone.map_err(|error| Failure::input(format!("no thread to run on: {error}")))?;
+        alone.map_err(|error| Failure::input(format!("cannot create a thread: {error}")))?;
     }
     match arguments.command {
         Some(CliCommand::View(arguments)) => view(arguments),

@@ -66,8 +66,8 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
     let ended = (!is_whole).then(|| {
         let count = studied.trials.len();
         Failure::interrupted(format!(
-            "interrupted after {count} trials, which the report is of; the same command goes on \
-             from there"
+            "interrupted after {count} trials; the report covers these, and the same command \
+             resumes"
         ))
     });
     Failure::all(failures.into_iter().chain(ended))
@@ -109,7 +109,7 @@ fn tell_terms(loaded: &Loaded, arguments: &StudyArguments) -> Result<(), Failure
     let rows = rows.map_err(|halt| match halt {
         Halt::Refused(error) => Failure::input(format!("{}: {error}", loaded.name)),
         Halt::Cancelled | Halt::Deadline => {
-            Failure::interrupted("interrupted; nothing is known of some of the parts")
+            Failure::interrupted("interrupted; some model terms have no result")
         }
     })?;
     if arguments.json {
@@ -128,7 +128,7 @@ fn summary(study: &Study, folder: &Path) -> String {
         quantity(*duration, "s")
     )];
     lines.push(study.words.clone());
-    lines.push("settings that no other beats:".into());
+    lines.push("Pareto front:".into());
     let front: Vec<_> = study.front().into_iter().map(|row| &study.trials[row]).collect();
     let cells = front.iter().map(|trial| {
         let price = format!("{} per frame", estimate(trial.cost * FRAME, "s"));
@@ -136,7 +136,7 @@ fn summary(study: &Study, folder: &Path) -> String {
     });
     lines.extend(indented(&cells.collect::<Vec<_>>(), &[0]));
     if let Some(balance) = &study.balance {
-        lines.push(format!("as it is set, with {}:", balance.choice));
+        lines.push(format!("with the scene's solver, {}:", balance.choice));
         let heads = ["error of", "metres", "of the size", "with", "per simulated second"];
         let mut rows = vec![heads.map(String::from)];
         rows.extend(balance.rows(*size));

@@ -16,8 +16,8 @@ use std::path::Path;
 /// Lists, runs or collects cells.
 pub fn run_sweep(arguments: &SweepArguments) -> Result<(), Failure> {
     if link(&arguments.sweep)?.is_some() {
-        let text = "a sweep takes a sweep file, no link: save the scene in the window, and name \
-                    the file in a sweep file";
+        let text = "a sweep takes a sweep file, not a link: save the scene in the window, and \
+                    name the file in a sweep file";
         return Err(Failure::input(text));
     }
     let sweep = Sweep::open(&arguments.sweep).map_err(Failure::input)?;
@@ -54,7 +54,7 @@ pub fn run_sweep(arguments: &SweepArguments) -> Result<(), Failure> {
     let said = tell(&report, arguments.json, || report.words());
     let ended = (0 < summary.left).then(|| {
         let left = summary.left;
-        Failure::interrupted(format!("interrupted; {left} cells are left for the same command"))
+        Failure::interrupted(format!("interrupted; {left} cells are left: rerun the command"))
     });
     Failure::all(said.err().into_iter().chain(failed).chain(ended))
 }

@@ -25,7 +25,7 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
     let tuned = tuned.map_err(|halt| halted(&loaded.name, halt))?;
     let ended = tuned.is_cut_short.then(|| {
         let tried = tuned.tried;
-        Failure::interrupted(format!("interrupted; that is the best of the {tried} settings tried"))
+        Failure::interrupted(format!("interrupted; this is the best of the {tried} settings tried"))
     });
     let write = |format| write_choice(path, format, tuned.best.trial.choice);
     // After an interruption or a missed goal, a better setting may exist: nothing is written.
@@ -87,7 +87,7 @@ fn summary(name: &str, tuned: &Tuned, written: Option<&str>, asked_to_write: boo
         lines.push(format!("  {}", line(second, tuned.uncertainty)));
     }
     lines.push(format!(
-        "{} settings tried; the reference is certain to {}",
+        "{} settings tried; uncertainty of the reference: {}",
         tuned.tried,
         estimate(tuned.uncertainty, "m")
     ));
@@ -97,7 +97,7 @@ fn summary(name: &str, tuned: &Tuned, written: Option<&str>, asked_to_write: boo
             quantity(tuned.compared, "s"),
             match tuned.horizon {
                 Some(time) => format!("the scene is chaotic after t = {}", quantity(time, "s")),
-                None => "after that the reference is not certain enough".into(),
+                None => "after that the reference is too uncertain".into(),
             }
         ));
     }
@@ -117,7 +117,7 @@ fn line(found: &Found, uncertainty: f64) -> String {
         false => estimate(error, "m"),
     };
     format!(
-        "error {} (predicted {}), {} of processor time per frame{}",
+        "error {} (predicted {}), {} of CPU time per frame{}",
         known(found.trial.error()),
         found.predicted_error.map_or("nothing".into(), known),
         estimate(found.trial.cost * FRAME, "s"),

@@ -84,9 +84,9 @@ pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Fa
         match (written, arguments.write) {
             (Some(file), _) => lines.push(format!("written to the solver section of {file}")),
             (None, true) if tuned.is_met() => {
-                lines.push("not written: --write writes a setting, and no spacing".into());
+                lines.push("not written: --write cannot write a spacing".into());
             }
-            (None, true) => lines.push("not written: nothing meets it".into()),
+            (None, true) => lines.push("not written: the goal is not met".into()),
             _ => {}
         }
         say(&lines.join("\n"))
@@ -97,19 +97,19 @@ pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Fa
 fn summary(name: &str, tuned: &TunedSpacing, keys: &[String]) -> Vec<String> {
     let TunedSpacing { wanted, space, doubt, found } = tuned;
     let wish = format!(
-        "{name}, {}, an error of at most {}, that of space included",
+        "{name}, {}, an error of at most {}, including that of space",
         quantity(space.duration, "s"),
         estimate(*wanted, "m")
     );
     let Some(FoundSpacing { parts, space_error, tuned: best, verified, .. }) = found else {
         let verdict = match space.verdict {
-            _ if doubt.is_finite() => "no spacing that was run is certain to meet it".into(),
+            _ if doubt.is_finite() => "no spacing tried is certain to meet it".into(),
             Verdict::Known { until, .. } => format!(
-                "the error of space is known for {} of {} only, and nothing says what it is after",
+                "the error of space is known for the first {} of {} only",
                 quantity(until, "s"),
                 quantity(space.duration, "s")
             ),
-            _ => "whether a spacing meets it is not known".to_owned(),
+            _ => "it is unknown whether a spacing meets it".to_owned(),
         };
         let finest = space.spacings.iter().rev().find_map(|row| Some((row.parts, row.error?)));
         let off = finest.filter(|(parts, _)| 1 < *parts).map_or(String::new(), |(parts, error)| {
@@ -121,25 +121,25 @@ fn summary(name: &str, tuned: &TunedSpacing, keys: &[String]) -> Vec<String> {
             format!("  no finer one: {}", space.stopped),
         ];
     };
-    let verdict = if tuned.is_met() { "use" } else { "nothing meets it; the nearest is" };
+    let verdict = if tuned.is_met() { "use" } else { "none meets it; the nearest is" };
     let spacing = match parts {
-        1 => "the spacing as it is".to_owned(),
+        1 => "the current spacing".to_owned(),
         parts => format!("1/{parts} of the spacing"),
     };
     let trial = &best.best.trial;
     let mut lines = vec![
         format!("{wish}: {verdict} {spacing} and {}", trial.choice),
         format!(
-            "  space {}, time and precision {}; together {}, give or take {}, from the limit of \
-             ever finer meshes",
+            "  space {}, time and precision {}; together {} ± {}, relative to the limit of fine \
+             meshes",
             estimate(*space_error, "m"),
             estimate(trial.error(), "m"),
             estimate(*verified, "m"),
             estimate(*doubt, "m")
         ),
-        format!("  {} of processor time per frame", estimate(trial.cost * FRAME, "s")),
+        format!("  {} of CPU time per frame", estimate(trial.cost * FRAME, "s")),
     ];
-    lines.push("write into the scene:".into());
+    lines.push("set in the scene:".into());
     lines.push(format!("  solver: {}", solver_keys(trial.choice)));
     lines.extend(keys.iter().map(|key| format!("  {key}")));
     lines.push(space.words());
@@ -161,7 +161,7 @@ type NumberOf = fn(&BodyRow) -> Option<f64>;
 fn changed(rows: &SceneFile, fine: &SceneFile) -> Vec<String> {
     let mut lines = Vec::new();
     if rows.bodies.iter().any(|body| body.kind == Kind::Mesh) {
-        let cut = "no keys: the triangles of its meshes were cut too, which no key of a scene does";
+        let cut = "no keys: the triangles of its meshes were refined too, which no key describes";
         return vec![cut.into()];
     }
     for (row, (before, after)) in rows.bodies.iter().zip(&fine.bodies).enumerate() {
@@ -308,12 +308,15 @@ mod tests {
         for (compared, why) in [(1.0, "do not approach one motion"), (0.4, "is not certain enough")]
         {
             let part = told(0.4, compared, 0.5);
-            assert!(part.contains("the error of space is known for 400 ms of 1 s only"), "{part}");
+            assert!(
+                part.contains("the error of space is known for the first 400 ms of 1 s only"),
+                "{part}"
+            );
             assert!(part.contains("7.2 mm up to t = 0.4 s (after that "), "{part}");
             assert!(part.contains(why), "{part}");
         }
         let large = told(1.0, 1.0, 1e-4);
-        assert!(large.contains("no spacing that was run is certain to meet it"), "{large}");
+        assert!(large.contains("no spacing tried is certain to meet it"), "{large}");
         assert!(large.contains("at 1/2 of the spacing it is 1.8 mm"), "{large}");
     }
 }

@@ -10,7 +10,7 @@ pub fn view(_: ViewArguments) -> Result<(), Failure> {
 
 /// Refuses to draw a scene.
 pub fn render(_: &RenderArguments) -> Result<(), Failure> {
-    refuse("draws no pictures")
+    refuse("cannot render")
 }
 
 fn refuse(what: &str) -> Result<(), Failure> {

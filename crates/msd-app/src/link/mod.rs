@@ -104,7 +104,7 @@ impl Link {
     /// A line that says so.
     pub fn checked(self) -> Result<Self, String> {
         if LONGEST < self.to_string().len() {
-            return Err("too much was changed for a link: save the run instead".into());
+            return Err("too many changes for a link: save the run instead".into());
         }
         Ok(self)
     }

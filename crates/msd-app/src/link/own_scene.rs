@@ -51,7 +51,7 @@ impl OwnScene {
             return Ok(own);
         }
         // The file has changed since, or the command line changes the scene: a link would be wrong.
-        Err(format!("{} is no longer what was opened: open it again for a link", own.file))
+        Err(format!("{} differs from the opened scene: open it again for a link", own.file))
     }
 
     /// Reads the files of a scene again: its own, then those of its meshes.

@@ -61,15 +61,15 @@ fn errors(ui: &mut Ui, session: &Session) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
         let imbalance = session.energy_imbalance().map(|change| estimate(change, "J"));
-        let text = format!("by error\u{a0}{}", imbalance.as_deref().unwrap_or(theme::VOID));
-        let hover = "The change of the total since the run was changed or handled last: what the \
-                     method and its contacts got wrong";
+        let text = format!("energy error\u{a0}{}", imbalance.as_deref().unwrap_or(theme::VOID));
+        let hover = "Change of the total energy since the run was last changed or grabbed: the \
+                     error of the method and its contacts";
         ui.label(RichText::new(text).small().color(theme::TEXT)).on_hover_text(hover);
         let told = NOISE * session.trace().most();
         if let Some(added) = session.energy_of_contact().filter(|&added| told < added) {
-            let text = format!("added by contact\u{a0}{}", estimate(added, "J"));
-            let hover = "Since the run was changed last, by the account of contact, which counts \
-                         it against what is dissipated; more substeps lower it";
+            let text = format!("contact error\u{a0}{}", estimate(added, "J"));
+            let hover = "Energy error of contact since the last change of the run; dissipation \
+                         offsets it. More substeps reduce it";
             ui.label(RichText::new(text).small().color(CONTACT)).on_hover_text(hover);
         }
     });
@@ -100,8 +100,8 @@ fn parts(session: &Session) -> Option<Vec<Part>> {
     let held = session.trace().held(session.energy()?);
     let [kinetic, elastic, gravity, dissipated, ..] =
         CURVES.map(|(name, colour, value)| (name, colour, value(&held)));
-    let method = ("added by the method", theme::BAD, session.energy_imbalance()?.max(0.0));
-    let contact = ("added by contact", CONTACT, session.energy_of_contact()?);
+    let method = ("error of the method", theme::BAD, session.energy_imbalance()?.max(0.0));
+    let contact = ("error of contact", CONTACT, session.energy_of_contact()?);
     Some(vec![kinetic, elastic, gravity, dissipated, contact, method])
 }
 
@@ -147,12 +147,12 @@ fn bar(ui: &mut Ui, session: &Session) {
         painter.rect_filled(rect, 0.0, part.1);
     }
     response.on_hover_ui(|ui| {
-        ui.label("Gravity above its lowest, and what was dissipated since the start of the plot");
+        ui.label("Gravity above its minimum; dissipation since the start of the plot");
         for (name, colour, joules) in parts {
             let text = format!("{name}: {}", estimate(joules, "J"));
             ui.label(RichText::new(text).color(colour));
         }
-        ui.label(format!("Full at the most there was in this run: {}", estimate(most, "J")));
+        ui.label(format!("Full scale = maximum of this run: {}", estimate(most, "J")));
     });
 }
 

@@ -15,12 +15,13 @@ const FRESH: f64 = 4.0;
 const HEIGHT: f32 = 44.0;
 
 /// Explanation of the estimate.
-const METHOD: &str = "For half a second at a time a copy of the run goes along in double \
-    precision, with twice the substeps (of an adaptive method: at a hundredth of the tolerance). \
-    How far apart the two are at the end is the error made in that time (step doubling). It costs \
-    about three quarters as much as the run itself. In nine of ten windows of built-in and \
-    generated scenes the true error is between a third of it and three times as much \
-    (docs/measured/trade.md).";
+const METHOD: &str = "For half a second at a time, a copy of the run steps along in double \
+                      precision with twice the substeps (adaptive methods: a hundredth of the \
+                      tolerance). Their distance at the end estimates the error made in that \
+                      time (step doubling). It costs about three quarters as much as the run \
+                      itself. In nine of ten windows of built-in and generated scenes the true \
+                      error is between a third and three times the estimate \
+                      (docs/measured/trade.md).";
 /// Factor within which nine of ten estimates are correct.
 const BAND: f64 = 3.0;
 
@@ -34,8 +35,8 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
             viewer.session.set_estimating(on);
         }
         let mut coloured = viewer.style.colour_by == Some(Quantity::Error);
-        let hover = "Surfaces and particles in the colour of their error, dark to light; bodies \
-                     have their own colours while it is being worked out";
+        let hover = "Surfaces and particles coloured by error, dark to light; body colours until \
+                     there is an estimate";
         let colour = Checkbox::new(&mut coloured, "Colour by error");
         let colour = ui.add_enabled(on, colour).on_hover_text(hover);
         if colour.changed() || (coloured && !on) {
@@ -80,18 +81,18 @@ fn sentence(reading: &ErrorReading, size: f64) -> String {
     if error == 0.0 {
         // As in a scene at rest, or with an adaptive method whose substeps fill whole steps.
         return format!(
-            "error over the last {over} s: too small to see, the copy ended at the same place"
+            "error over the last {over} s: none, the finer copy ended in the same state"
         );
     }
     if reading.error.rms <= reading.error.rounding {
         return format!(
-            "error over the last {over} s: less than {}, what rounding makes of the coordinates",
+            "error over the last {over} s: less than {}, the rounding of the coordinates",
             estimate(reading.error.rounding, "m")
         );
     }
     format!(
-        "error over the last {over} s: {}, likely {} to {} ({} of the size); \
-         worst particle {particle}: {}",
+        "error over the last {over} s: {}, likely {} to {} ({} of the size); largest: particle \
+         {particle}, {}",
         estimate(reading.error.rms, "m"),
         estimate(reading.error.rms / BAND, "m"),
         estimate(reading.error.rms * BAND, "m"),
@@ -117,7 +118,7 @@ mod tests {
         assert_eq!(
             sentence(&reading, 4.0),
             "error over the last 0.5 s: 1.2 mm, likely 410 µm to 3.7 mm (0.031 % of the size); \
-             worst particle 417: 4.5 mm"
+             largest: particle 417, 4.5 mm"
         );
         let error = LiveError { over: 0.5, rms: 1e-8, rounding: 1e-7, ..LiveError::default() };
         let small = ErrorReading { error, worst: (3, 2e-8) };
@@ -126,6 +127,6 @@ mod tests {
             error: LiveError { over: 0.5, ..LiveError::default() },
             worst: (0, 0.0),
         };
-        assert!(sentence(&none, 4.0).contains("too small to see"));
+        assert!(sentence(&none, 4.0).contains("the same state"));
     }
 }

@@ -32,18 +32,20 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     }
     let text = match viewer.hand.tool {
         Tool::Cut if viewer.layout.by_touch => "draw a line across springs to cut them",
-        Tool::Select if viewer.layout.by_touch => "draw a box around what to grab together",
+        Tool::Select if viewer.layout.by_touch => "draw a box around a group of particles",
         Tool::Grab if viewer.layout.by_touch => {
-            "drag the body to throw it  ·  drag beside it to orbit  ·  two fingers zoom and pan"
+            "drag the body to throw it  ·  drag on empty space to orbit  ·  two fingers zoom and \
+             pan"
         }
         Tool::Cut => "draw a line across springs to cut them  ·  C or Esc: grab again",
-        Tool::Select => "draw a box around what to grab together  ·  B or Esc: grab again",
+        Tool::Select => "draw a box around a group of particles  ·  B or Esc: back to grabbing",
         Tool::Grab if viewer.has_solids() => {
-            "drag a particle to throw it, or a solid to push with it  ·  drag beside to turn  ·  \
-             wheel to zoom  ·  F1 help"
+            "drag a particle to throw it, or a solid to push with it  ·  drag on empty space to \
+             orbit  ·  wheel to zoom  ·  F1 help"
         }
         Tool::Grab => {
-            "drag a particle to throw it  ·  drag beside it to turn  ·  wheel to zoom  ·  F1 help"
+            "drag a particle to throw it  ·  drag on empty space to orbit  ·  wheel to zoom  ·  \
+             F1 help"
         }
     };
     let is_new = viewer.layout.hint && viewer.layout.guide.is_none();
@@ -133,7 +135,7 @@ fn marks(painter: &Painter, viewer: &Viewer, side: Side) {
     }
     ring(worst, 10.0, theme::BAD);
     if let Some(at) = worst.and_then(place) {
-        note(painter, at + vec2(18.0, 0.0), "most wrong", theme::BAD);
+        note(painter, at + vec2(18.0, 0.0), "largest error", theme::BAD);
     }
     ring(viewer.session.selected(), 8.0, theme::WARN);
     ring(viewer.hand.hovered, 6.0, Color32::WHITE);
@@ -256,18 +258,18 @@ fn legend(painter: &Painter, view: Rect, scale: Scale) {
 }
 
 const MOUSE: [(&str, &str); 7] = [
-    ("Left drag on a particle", "hold it; let go to throw it"),
-    ("Left drag beside, right drag", "turn"),
-    ("Ctrl drag", "choose what is grabbed together"),
-    ("Shift drag, middle drag", "move sideways"),
+    ("Left drag on a particle", "hold it; release to throw it"),
+    ("Drag on empty space, right drag", "orbit"),
+    ("Ctrl drag", "select a group"),
+    ("Shift drag, middle drag", "pan"),
     ("Wheel, pinch", "zoom"),
     ("Drag a pin", "move the pin"),
-    ("Drag a solid", "push it through the scene; let go to leave it there"),
+    ("Drag a solid", "push it through the scene; release to leave it there"),
 ];
 
 const FINGERS: [(&str, &str); 6] = [
-    ("Drag the body", "hold it; let go to throw it"),
-    ("Drag beside it", "orbit"),
+    ("Drag the body", "hold it; release to throw it"),
+    ("Drag on empty space", "orbit"),
     ("Two fingers", "zoom and pan"),
     ("Long touch", "pin or free a particle"),
     ("Drag a pin", "move the pin"),

@@ -5,7 +5,7 @@ use egui::{Button, ComboBox, Label, RichText, Ui};
 
 /// Available speeds, simulated seconds per second: they change the rate of steps, not the steps.
 const SPEEDS: [(f64, &str); 9] = [
-    (f64::INFINITY, "most"),
+    (f64::INFINITY, "max"),
     (4.0, "4"),
     (2.0, "2"),
     (1.0, "1"),
@@ -62,8 +62,7 @@ fn recording(ui: &mut Ui, viewer: &mut Viewer) {
         let name = viewer.session.recording().map(str::to_owned);
         let text = if name.is_some() { "End recording" } else { "Record" };
         let button = ui.add(Button::new(text).selected(name.is_some()));
-        let button =
-            button.on_hover_text("Write the run and all that is done to it to a file (F9)");
+        let button = button.on_hover_text("Record the run and all user input to a file (F9)");
         if button.clicked() {
             viewer.command(Command::Record);
         }
@@ -87,9 +86,10 @@ fn speed(ui: &mut Ui, viewer: &mut Viewer) {
                 }
             }
         });
-        shown.response.labelled_by(name.id).on_hover_text(
-            "Fewer or more steps per second, the same steps; most: as fast as it goes",
-        );
-        ui.label(RichText::new("of real time").weak());
+        shown
+            .response
+            .labelled_by(name.id)
+            .on_hover_text("Fewer or more steps per second, same steps; max: as fast as possible");
+        ui.label(RichText::new("× real time").weak());
     });
 }

@@ -66,7 +66,7 @@ fn list(ui: &mut Ui, viewer: &mut Viewer) {
         back = ui.add(button).on_hover_text(&*opened.title).clicked();
     }
     ui.spacing_mut().item_spacing.y = 3.0;
-    let hover = "Pictures of the scenes, and files (O)";
+    let hover = "Scene thumbnails, and files (O)";
     if !viewer.layout.in_page && ui.button("Open…").on_hover_text(hover).clicked() {
         viewer.command(Command::Open);
     }
@@ -82,9 +82,9 @@ fn list(ui: &mut Ui, viewer: &mut Viewer) {
 fn tools(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Drag to");
     const TOOLS: [(Tool, &str, &str); 3] = [
-        (Tool::Grab, "Grab", "Take a particle, or the group that it is of, and throw it (Esc)"),
-        (Tool::Select, "Box", "Choose the particles in a box, to be grabbed together (B, or Ctrl)"),
-        (Tool::Cut, "Cut", "Cut every spring under the line, hidden ones too (C)"),
+        (Tool::Grab, "Grab", "Grab a particle or its group, and throw it (Esc)"),
+        (Tool::Select, "Box", "Select the particles in a box as a group (B, or Ctrl)"),
+        (Tool::Cut, "Cut", "Cut every spring under the stroke, including hidden ones (C)"),
     ];
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 3.0;
@@ -98,8 +98,8 @@ fn tools(ui: &mut Ui, viewer: &mut Viewer) {
     });
     let count = viewer.session.group().len();
     if 0 < count {
-        let text = RichText::new(format!("{count} particles together")).small().weak();
-        ui.label(text).on_hover_text("Drag one of them; Esc forgets the group");
+        let text = RichText::new(format!("group of {count} particles")).small().weak();
+        ui.label(text).on_hover_text("Drag one of them; Esc clears the group");
     }
 }
 
@@ -115,14 +115,14 @@ fn toggles(ui: &mut Ui, viewer: &mut Viewer) {
     ui.horizontal(|ui| {
         ui.checkbox(&mut style.wireframe, "Wireframe").on_hover_text("W");
         ui.add_enabled(has_grid, Checkbox::new(&mut style.grid, "Grid"))
-            .on_disabled_hover_text("The ground has no grid where there is no graphics processor");
+            .on_disabled_hover_text("No grid on the ground without a GPU");
     });
     ui.checkbox(&mut style.particles, "Particles");
     ui.checkbox(&mut style.shadows, "Shadows");
     if viewer.quality == Quality::Fast {
         let mut is_half = viewer.sharpness.is_half();
-        let hover = "Half the pixels across and down, which is up to four times as fast; chosen by \
-                     itself where there are less than 20 pictures a second";
+        let hover = "Half the pixels in each direction, up to four times as fast; switched on \
+                     automatically below 20 frames per second";
         if ui.checkbox(&mut is_half, "Half resolution").on_hover_text(hover).changed() {
             viewer.sharpness.set(is_half);
         }
@@ -168,15 +168,13 @@ fn meaning(quantity: Option<Quantity>) -> &'static str {
 fn camera(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Camera");
     ui.horizontal(|ui| {
-        let hover = "Bring everything into view (A)";
+        let hover = "Frame the whole scene (A)";
         if !viewer.layout.in_page && ui.button("Frame all").on_hover_text(hover).clicked() {
             viewer.command(Command::FrameAll);
         }
-        ui.checkbox(&mut viewer.aim.follow, "Follow")
-            .on_hover_text("Keep everything in the middle");
+        ui.checkbox(&mut viewer.aim.follow, "Follow").on_hover_text("Keep the scene in the middle");
     });
-    let hover = "Scene, settings and camera as a text, which the page in a browser, msd view and \
-                 msd run take";
+    let hover = "Link with scene, settings and camera, for the web page, msd view and msd run";
     if !viewer.layout.in_page && ui.button("Copy link").on_hover_text(hover).clicked() {
         viewer.copy_link();
     }
@@ -184,11 +182,11 @@ fn camera(ui: &mut Ui, viewer: &mut Viewer) {
 
 /// Shows the buttons for saving.
 fn keep(ui: &mut Ui, viewer: &mut Viewer) {
-    heading(ui, "Keep");
+    heading(ui, "Save");
     const KEEP: [(&str, Command, &str); 3] = [
-        ("Save run", Command::SaveRun, "The run as it is, to go on from here (S)"),
-        ("Save scene", Command::SaveScene, "The scene with the values of now (Ctrl + S)"),
-        ("Copy command", Command::CopyCommand, "The command that shows this (Ctrl + C)"),
+        ("Save run", Command::SaveRun, "The run in its current state, to resume later (S)"),
+        ("Save scene", Command::SaveScene, "The scene with the current values (Ctrl + S)"),
+        ("Copy command", Command::CopyCommand, "The command line for this view (Ctrl + C)"),
     ];
     for (name, command, hover) in KEEP {
         if viewer.layout.in_page && command == Command::SaveRun {
@@ -216,13 +214,13 @@ fn film(ui: &mut Ui, viewer: &mut Viewer) {
     }
     const FORMATS: [(&str, &str, crate::viewer::FilmFormat); 3] = [
         ("Film", "as an animated WebP, some 0.3 MB a second", WebP),
-        ("PNG", "as a PNG per frame, without loss", Png),
-        ("MP4", "as an MP4, which takes ffmpeg", Mp4),
+        ("PNG", "as a PNG per frame, lossless", Png),
+        ("MP4", "as an MP4 (needs ffmpeg)", Mp4),
     ];
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 3.0;
         for (name, hover, format) in FORMATS {
-            let hover = format!("Film what the timeline holds, as it is looked at now, {hover}");
+            let hover = format!("Film the states of the timeline with the current view, {hover}");
             let button = ui.button(name).on_hover_text(hover);
             viewer.layout.landmarks.insert(name, button.rect);
             if button.clicked() {
@@ -235,7 +233,7 @@ fn film(ui: &mut Ui, viewer: &mut Viewer) {
 /// Shows the options of the window itself.
 fn window(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Window");
-    let light = ui.checkbox(&mut viewer.layout.light, "Light");
+    let light = ui.checkbox(&mut viewer.layout.light, "Light theme");
     viewer.layout.landmarks.insert("light", light.rect);
     let hover = "Fill the screen (F11)";
     ui.checkbox(&mut viewer.wishes.full_screen, "Full screen").on_hover_text(hover);
@@ -244,13 +242,13 @@ fn window(ui: &mut Ui, viewer: &mut Viewer) {
             if ui.button("Hide panels").on_hover_text("H brings them back").clicked() {
                 viewer.command(Command::Panels);
             }
-            if ui.button("Guide").on_hover_text("Five-step tour").clicked() {
+            if ui.button("Tour").on_hover_text("Five-step tour").clicked() {
                 viewer.command(Command::Guide);
             }
         });
     }
     ui.horizontal(|ui| {
-        ui.label("Size").on_hover_text("Of text and controls (Ctrl + and Ctrl -)");
+        ui.label("UI scale").on_hover_text("Of text and controls (Ctrl + and Ctrl -)");
         let scale = ui.ctx().zoom_factor();
         for (sign, name, factor) in [("−", "Smaller", 1.0 / 1.1), ("+", "Larger", 1.1)] {
             let button = ui.button(sign);

@@ -70,14 +70,14 @@ fn substeps(ui: &mut Ui, session: &mut Session) {
         if session.runner().is_open() {
             widget = widget.custom_formatter(|_, _| "…".into());
         }
-        let hover = "How many a step is divided into";
+        let hover = "Number of substeps per step";
         if slider(ui, ("Substeps", hover), widget).changed() {
             session.tune(SolverRow::substeps(substeps));
         }
         let mut automatic = session.runner().is_automatic();
-        let hover = "Automatic: nine tenths of the longest stable substep (seven where dampers \
-                     set it), chosen again as the run goes on and with each change; shorter where \
-                     particles would pass through each other or go far round a solid";
+        let hover = "Automatic: nine tenths of the longest stable substep (seven if dampers set \
+                     it), renewed during the run and after each change; shorter where particles \
+                     would tunnel or go far round a solid";
         let response = ui.checkbox(&mut automatic, "auto").on_hover_text(hover);
         let name = "Automatic substeps";
         ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(name));
@@ -96,8 +96,8 @@ fn tolerance(ui: &mut Ui, session: &mut Session) {
         .clamping(SliderClamping::Edits)
         .custom_formatter(|value, _| rounded(value, 2))
         .suffix(" × size");
-    let hover = "Error allowed in each substep, as a fraction of the size of the scene.\n\
-                 In f32 rounding ends what can be reached near 1e-5.";
+    let hover = "Error allowed in each substep, relative to the size of the scene.\nIn f32, \
+                 rounding limits it to about 1e-5.";
     if slider(ui, ("Tolerance", hover), widget).changed() {
         session.tune(SolverRow::tolerance(tolerance));
     }
@@ -107,8 +107,8 @@ fn newton(ui: &mut Ui, session: &mut Session) {
     let mut newton = session.runner().settings().newton;
     let unit = if newton == 1 { " iteration" } else { " iterations" };
     let widget = Slider::new(&mut newton, NEWTON).clamping(SliderClamping::Edits).suffix(unit);
-    let hover = "Newton iterations in each substep: 1 takes forces as linear, which is mostly \
-                 enough; more follow large turns within a substep";
+    let hover = "Newton iterations per substep: 1 linearizes the forces, which is mostly enough; \
+                 more resolve large rotations within a substep";
     if slider(ui, ("Newton", hover), widget).changed() {
         session.tune(SolverRow::newton(newton));
     }
@@ -143,14 +143,14 @@ fn stability_light(ui: &mut Ui, session: &Session) {
     let hover = if Integrator::EXPLICIT.contains(&settings.integrator) {
         let age = session.stability().map_or(0.0, |(_, age)| age);
         format!(
-            "{}The longest stable substep is predicted from the fastest motion, for the state of \
+            "{}The longest stable substep is predicted from the fastest motion, for the state \
              {age:.1} s ago.",
             share
                 .filter(|share| warns < *share)
                 .map_or(String::new(), |share| advice(settings, share))
         )
     } else {
-        "Stable at any step; turn on the error estimate to see how accurate it is".to_owned()
+        "Stable at any step; switch on the error estimate to check the accuracy".to_owned()
     };
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
@@ -158,7 +158,7 @@ fn stability_light(ui: &mut Ui, session: &Session) {
             true => "…".into(),
             false => quantity(settings.substep(), "s"),
         };
-        ui.label(format!("h = {substep}"));
+        ui.label(format!("substep {substep}:"));
         ui.label(RichText::new(text).color(colour)).on_hover_text(&hover);
     });
     if share != Some(0.0) {
@@ -191,14 +191,14 @@ fn advice(settings: Settings, share: f64) -> String {
         return String::new();
     }
     if share == f64::INFINITY {
-        return "No number of substeps is stable: take another method. ".to_owned();
+        return "Unstable with any number of substeps: choose another method. ".to_owned();
     }
     let substeps = (f64::from(settings.substeps) * share / AMBER).ceil();
     let heavier = share / AMBER;
     format!(
-        "To be green: {} substeps, or masses {} times as large where springs set the limit ({} \
-         times where dampers do), or stiffness or damping as many times smaller, or an implicit \
-         method. ",
+        "For a green meter: {} substeps, or masses {} times as large if springs set the limit \
+         ({} times if dampers do), or stiffness or damping smaller by the same factor, or an \
+         implicit method. ",
         rounded(substeps, 7),
         rounded(heavier * heavier, 2),
         rounded(heavier, 2)
@@ -218,7 +218,7 @@ pub(super) fn light(session: &Session) -> (String, Color32) {
 
 /// Describes a substep relative to the longest stable one; `warns` is where amber begins.
 fn describe(share: Option<f64>, warns: f64) -> (String, Color32) {
-    let Some(share) = share else { return ("working it out…".to_owned(), theme::FAINT) };
+    let Some(share) = share else { return ("predicting…".to_owned(), theme::FAINT) };
     let colour = match share {
         _ if 1.0 < share => theme::BAD,
         _ if warns < share => theme::WARN,
@@ -227,8 +227,8 @@ fn describe(share: Option<f64>, warns: f64) -> (String, Color32) {
     let text = match share {
         0.0 => "any step is stable".to_owned(),
         f64::INFINITY => "no step is stable".to_owned(),
-        _ if 10.0 < share => format!("is {} × the limit", rounded(share, 2)),
-        _ => format!("is {:.0} % of the limit", 100.0 * share),
+        _ if 10.0 < share => format!("{} × the stable limit", rounded(share, 2)),
+        _ => format!("{:.0} % of the stable limit", 100.0 * share),
     };
     (text, colour)
 }
@@ -240,11 +240,11 @@ mod tests {
     #[test]
     fn the_light_changes_from_four_fifths_on() {
         let describe = |share| super::describe(share, AMBER);
-        assert_eq!(describe(Some(0.43)), ("is 43 % of the limit".to_owned(), theme::GOOD));
-        assert_eq!(describe(None), ("working it out…".to_owned(), theme::FAINT));
+        assert_eq!(describe(Some(0.43)), ("43 % of the stable limit".to_owned(), theme::GOOD));
+        assert_eq!(describe(None), ("predicting…".to_owned(), theme::FAINT));
         assert_eq!(describe(Some(0.85)).1, theme::WARN);
         assert_eq!(super::describe(Some(0.9), 1.0).1, theme::GOOD);
-        assert_eq!(describe(Some(1234.0)).0, "is 1234 × the limit");
+        assert_eq!(describe(Some(1234.0)).0, "1234 × the stable limit");
         assert_eq!(describe(Some(1.3)).1, theme::BAD);
         assert_eq!(describe(Some(f64::INFINITY)).0, "no step is stable");
         assert_eq!(describe(Some(0.0)).0, "any step is stable");

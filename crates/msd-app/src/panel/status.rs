@@ -28,32 +28,32 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
         if let Some(pace) = pace
             && 0.05 <= pace.dropped
         {
-            let text = format!("dropped {:.1} s", pace.dropped);
-            item(text, theme::WARN, "Simulated time given up because the machine was busy");
+            let text = format!("{:.1} s behind", pace.dropped);
+            item(text, theme::WARN, "Simulated time dropped because the machine was busy");
         }
         let number = |decimals: usize, value: fn(&Pace) -> f64| {
             let text = |pace| format!("{:.decimals$}", value(&pace));
             pace.map_or(theme::VOID.to_owned(), text)
         };
         let text = format!("{} steps/frame", number(1, |pace| pace.steps_per_frame));
-        item(text, theme::TEXT, "Steps per picture");
+        item(text, theme::TEXT, "Steps per frame");
         let text = format!("{} ms/step", number(2, |pace| pace.step_ms));
-        item(text, theme::TEXT, "Wall clock for a step");
+        item(text, theme::TEXT, "Wall-clock time per step");
         let text = format!("{} frames/s", number(0, |pace| pace.frame_rate));
-        item(text, theme::TEXT, "Pictures per second");
+        item(text, theme::TEXT, "Frames per second");
         if viewer.quality == Quality::Fast {
-            let hover = "There is no graphics processor: the processor draws, with hard shadows, \
-                         without smoothed edges and without the grid on the ground, to keep up";
-            item("no GPU: plain pictures".to_owned(), theme::FAINT, hover);
+            let hover = "No GPU: software rendering, with hard shadows, without anti-aliasing \
+                         and ground grid";
+            item("no GPU: reduced graphics".to_owned(), theme::FAINT, hover);
         }
         if viewer.sharpness.is_automatic() {
             let hover =
-                "Drawing took longer than 1/20 s: \"Half resolution\" under Show turns it off";
+                "A frame took longer than 1/20 s: \"Half resolution\" under Show switches this off";
             item("half resolution".to_owned(), theme::FAINT, hover);
         }
         if let Some(text) = errors(session) {
-            let hover = "Errors of where the particles are. Time: of the last half a second, as \
-                         estimated; space: of the spacing, by msd study --mesh";
+            let hover = "Errors of the positions. Time: estimate over the last half second; \
+                         space: error of the spacing, from msd study --mesh";
             item(text, theme::TEXT, hover);
         }
         let runner = session.runner();
@@ -111,7 +111,7 @@ fn main_numbers(ui: &mut Ui, session: &Session) {
         };
         if !session.runner().integrator().is_adaptive() {
             let (text, colour) = solver::light(session);
-            item(format!("h {text}"), colour);
+            item(format!("substep: {text}"), colour);
         }
         if let Some(error) = session.error() {
             item(format!("error {}", error_words(error)), theme::TEXT);
@@ -128,7 +128,7 @@ fn main_numbers(ui: &mut Ui, session: &Session) {
         };
         let total = session.energy().map(|energy: Energy| energy.total());
         item(format!("energy {}", joules(total)), theme::TEXT);
-        item(format!("wrong by {}", joules(session.energy_imbalance())), theme::TEXT);
+        item(format!("energy error {}", joules(session.energy_imbalance())), theme::TEXT);
     });
 }
 

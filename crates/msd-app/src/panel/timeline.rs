@@ -16,14 +16,14 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         let behind = ahead as f64 * settings.step;
         let text = match ahead {
             0 => "now".to_owned(),
-            _ => format!("{} back; go on from here", quantity(-behind, "s").replace('-', "")),
+            _ => format!("{} ago; resume from here", quantity(-behind, "s").replace('-', "")),
         };
         ui.spacing_mut().slider_width = (ui.available_width() - 190.0).max(60.0);
         let mut at = -(ahead as i64);
         let whole = -((back + ahead).max(1) as i64);
         let slider = Slider::new(&mut at, whole..=0).show_value(false);
-        let hover = "Drag to look back; what comes after is dropped when it goes on from there. \
-                     Marks: impacts blue, warnings red, your edits yellow";
+        let hover = "Drag to look back; resuming drops the later states. Marks: impacts blue, \
+                     warnings red, your edits yellow";
         let shown = ui.add_enabled(0 < back + ahead, slider);
         let shown = shown.on_hover_text(hover).on_disabled_hover_text(hover);
         shown.widget_info(|| egui::WidgetInfo::slider(true, at as f64, "Timeline"));

@@ -15,10 +15,9 @@ pub(super) const GHOST: Color32 = Color32::from_rgb(255, 120, 220);
 /// Largest number of points of the ghost; of more particles it shows every n-th.
 const MOST_POINTS: usize = 4000;
 
-const HOVER: &str = "A copy of the run under another method, drawn as points over the picture or \
-    beside it. \
-    All that you do happens to both. Both are at the same state where it begins, where the run is \
-    stepped otherwise or goes back, and where it is restarted.";
+const HOVER: &str = "A copy of the run with another method, drawn as points over the view or \
+                     beside it. Both get the same input. Their states are equal at the start of \
+                     the comparison, after a change of the solver, a step back, or a restart.";
 
 /// Shows the button that begins a twin, if there is none.
 pub(super) fn begin(ui: &mut Ui, viewer: &mut Viewer) {
@@ -28,7 +27,7 @@ pub(super) fn begin(ui: &mut Ui, viewer: &mut Viewer) {
     }
     let settings = session.runner().settings();
     let other = opponent(settings.integrator);
-    let button = ui.button(format!("Twin: beside {}", other.name())).on_hover_text(HOVER);
+    let button = ui.button(format!("Compare with {}", other.name())).on_hover_text(HOVER);
     viewer.layout.landmarks.insert("twin", button.rect);
     if button.clicked() {
         session.set_twin(Some(Settings { integrator: other, ..settings }));
@@ -60,13 +59,13 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         .logarithmic(true)
         .clamping(egui::SliderClamping::Edits)
         .suffix(" / step");
-    let hover = "How many a step of the twin is divided into";
+    let hover = "Number of substeps per step of the twin";
     if super::slider(ui, ("Its substeps", hover), slider).changed() {
         session.set_twin(Some(Settings { substeps, ..now }));
     }
     let mut beside = viewer.layout.side_by_side;
-    let hover = "Two pictures, the run on the left and the twin on the right, by the same camera \
-                 and under the same hands; else the twin is drawn as points over the run";
+    let hover = "Two views, the run on the left and the twin on the right, with the same camera \
+                 and input; otherwise the twin is drawn as points over the run";
     if ui.checkbox(&mut beside, "Side by side").on_hover_text(hover).changed() {
         viewer.set_side_by_side(beside);
     }
@@ -103,7 +102,7 @@ fn distance(ui: &mut Ui, session: &Session) {
     // In one line, so that a failure of the twin does not move the controls below.
     let (text, colour) = match twin.failure() {
         Some(failure) => (failure.to_owned(), theme::BAD),
-        None => ("the distance over time".to_owned(), theme::FAINT),
+        None => ("distance over time".to_owned(), theme::FAINT),
     };
     ui.add(Label::new(RichText::new(&text).small().color(colour)).truncate()).on_hover_text(text);
 }

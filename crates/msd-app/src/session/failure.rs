@@ -39,7 +39,7 @@ impl RunFailure {
             }
             other => format!("{other}."),
         };
-        let shown = format!(" Shown is the last state that held together, at {}.", at(time));
+        let shown = format!(" Shown is the last valid state, at {}.", at(time));
         RunFailure { text: if gone_back { text + &shown } else { text } }
     }
 }

@@ -61,7 +61,7 @@ impl Twin {
             }
             Err(Error::Diverged(_)) => {
                 let (method, time) = (self.runner.integrator(), self.runner.time());
-                self.failure = Some(format!("{method} left the world at t = {time:.2} s"));
+                self.failure = Some(format!("{method} diverged at t = {time:.2} s"));
                 self.leave_debris();
             }
             Err(error) => self.failure = Some(error.to_string()),

@@ -93,7 +93,7 @@ impl Viewer {
         let loaded = match msd_scene::open(path) {
             Ok(loaded) => loaded,
             Err(error) => {
-                self.note = Some(format!("{error}\nthe run goes on as it was"));
+                self.note = Some(format!("{error}\nthe current run continues"));
                 return;
             }
         };
@@ -104,7 +104,7 @@ impl Viewer {
             (self.camera, self.aim.framed, self.aim.unframed, self.aim.aimed, self.aim.beside) =
                 kept;
             self.session.select_particle(selected);
-            self.note = Some(format!("read again: {}", shown(path)));
+            self.note = Some(format!("reloaded: {}", shown(path)));
         }
     }
 
@@ -112,7 +112,7 @@ impl Viewer {
     pub(super) fn record(&mut self) {
         if let Some(name) = self.session.recording().map(str::to_owned) {
             self.session.stop_recording();
-            let again = format!("recorded; to see it again: msd run --replay {}", word(&name));
+            let again = format!("recorded; replay it with: msd run --replay {}", word(&name));
             // After a failure to finish the file, the refusal is already visible.
             self.note = self.session.refusal().is_none().then_some(again);
             return;
@@ -129,8 +129,8 @@ impl Viewer {
             Command::SaveRun => self.keep_run(),
             Command::SaveScene => self.save_scene().map(|path| {
                 let name = shown(&path);
-                let only = "cuts, pins and frozen shapes are in a saved run only";
-                format!("saved {name}, the scene with the values of now; {only}")
+                let only = "only a saved run keeps cuts, pins and frozen shapes";
+                format!("saved {name}, the scene with the current values; {only}")
             }),
             _ => self.command_line().map(|line| {
                 let text = format!("copied: {line}");
@@ -160,7 +160,7 @@ impl Viewer {
     /// Saves the run, and returns a line that explains how to resume it.
     pub(crate) fn keep_run(&self) -> Result<String, String> {
         let name = shown(&self.save_run()?);
-        Ok(format!("saved {name}; to go on from here: msd view {}", word(&name)))
+        Ok(format!("saved {name}; resume it with: msd view {}", word(&name)))
     }
 
     /// Returns the run with its current camera, for saving; a gusty wind continues.
@@ -214,7 +214,7 @@ impl Viewer {
         }
         // A file with other values must not stay.
         std::fs::remove_file(&path).ok();
-        Err(refused("its keys cannot say what was set"))
+        Err(refused("a scene file cannot hold all changes"))
     }
 
     /// Returns the command line for the current view: the scene and its solver or, if the run has

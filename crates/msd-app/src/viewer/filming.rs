@@ -66,10 +66,10 @@ impl Filming {
         let is_cancelled = self.progress.is_cancelled.load(Ordering::Relaxed);
         Some(match done {
             Ok(Ok(())) if is_cancelled => "the film was cancelled".to_owned(),
-            Ok(Ok(())) if frames == 1 => format!("picture: {}", self.name),
-            Ok(Ok(())) => format!("filmed: {}, {frames} frames", self.name),
+            Ok(Ok(())) if frames == 1 => format!("saved {}", self.name),
+            Ok(Ok(())) => format!("saved {}, {frames} frames", self.name),
             Ok(Err(why)) => why,
-            Err(_) => format!("{}: the film came to a bad end", self.name),
+            Err(_) => format!("{}: the film could not be written", self.name),
         })
     }
 }
@@ -142,7 +142,7 @@ impl Viewer {
             FilmFormat::Png => {
                 let folder = free(&self.folder, name, "frames");
                 let made = std::fs::create_dir(&folder);
-                made.map_err(|error| format!("{}: cannot be made: {error}", shown(&folder)))?;
+                made.map_err(|error| format!("{}: cannot be created: {error}", shown(&folder)))?;
                 folder.join("%04d.png")
             }
         };
@@ -176,7 +176,7 @@ impl Viewer {
             lower_priority();
             reel.shoot(&shared)
         });
-        let thread = thread.map_err(|error| format!("no thread for a film: {error}"))?;
+        let thread = thread.map_err(|error| format!("cannot create a film thread: {error}"))?;
         Ok(Filming { name: shown(&path), frames, progress, thread: Some(thread) })
     }
 

@@ -33,10 +33,9 @@ impl GuideStep {
                 "It blew up: the step is too long for the stiffest springs."
             }
             GuideStep::BlowUp => "Wait: a step beyond the limit makes it blow up.",
-            GuideStep::Mend => "Choose a way out in the box: each says what it costs.",
+            GuideStep::Mend => "Choose a recovery option in the box: each shows its cost.",
             GuideStep::Cost => {
-                "Tick Estimate error: that is what this setting gets wrong, and ms/step is what it \
-                 costs."
+                "Tick Estimate error: it shows the error of this setting, and ms/step its cost."
             }
         }
     }

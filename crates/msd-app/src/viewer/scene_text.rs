@@ -96,7 +96,7 @@ fn each_inside(
     if let [row, rest @ ..] = rest
         && let Ok(row) = row.parse()
     {
-        let row = rows.nth(row).ok_or(format!("its {name} are not written one by one"))?;
+        let row = rows.nth(row).ok_or(format!("its {name} are not listed one by one"))?;
         return each_inside(row, rest, act);
     }
     rows.try_for_each(|row| each_inside(row, rest, act))

@@ -36,7 +36,7 @@ pub enum Missing {
     #[error("the scene cannot run: {0}")]
     Scene(#[from] msd_core::Error),
     /// A valid link.
-    #[error("the link cannot be followed: {0}")]
+    #[error("the link cannot be opened: {0}")]
     Link(String),
     /// A writable status file.
     #[error("the status file cannot be written: {0}")]

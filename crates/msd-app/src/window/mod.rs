@@ -168,7 +168,7 @@ impl Shell {
             Err(error) => return self.fail(event_loop, Missing::Graphics(Box::new(error))),
         };
         let Some(surface) = WindowSurface::new(window.clone(), gpu, surface) else {
-            let text = "the graphics adapter cannot draw on this window".to_owned();
+            let text = "the graphics adapter does not support this window".to_owned();
             return self.fail(event_loop, Missing::Window(text));
         };
         input.set_max_texture_side(surface.longest_side());

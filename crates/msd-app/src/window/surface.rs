@@ -122,10 +122,10 @@ impl WindowSurface {
                 None
             }
             CurrentSurfaceTexture::Lost => {
-                log::warn!("the surface was lost, and is made anew");
+                log::warn!("the surface was lost: creating a new one");
                 match self.canvas.gpu.instance.create_surface(self.window.clone()) {
                     Ok(surface) => self.surface = surface,
-                    Err(error) => log::error!("no other surface: {error}"),
+                    Err(error) => log::error!("cannot create another surface: {error}"),
                 }
                 self.resize();
                 self.window.request_redraw();

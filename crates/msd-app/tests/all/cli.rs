@@ -138,11 +138,11 @@ fn a_state_without_a_time_is_noted_where_solids_or_pins_move() {
         assert_eq!(run(&["--out", "s.csv"]), serde_json::json!([]));
         run(&["--from", "s.csv"])
     };
-    let told = "s.csv holds no time: 1 solid that moves begins anew; `--save RUN.msd` keeps a run \
-                that goes on where it was";
+    let told = "s.csv holds no time: 1 solid that moves begins anew; use `--save RUN.msd` to \
+                continue a run exactly";
     assert_eq!(notes("curtain"), serde_json::json!([told]));
-    let pins = "s.csv holds no time: pins with `key_frames`, `follow` or `until` begin anew; \
-                `--save RUN.msd` keeps a run that goes on where it was";
+    let pins = "s.csv holds no time: pins with `key_frames`, `follow` or `until` begin anew; use \
+                `--save RUN.msd` to continue a run exactly";
     assert_eq!(notes("gripper"), serde_json::json!([pins]));
     // Its ball does not move.
     assert_eq!(notes("drape"), serde_json::json!([]));
@@ -348,7 +348,8 @@ fn a_recording_of_automatic_substeps_is_replayed_to_the_bit() {
     assert_eq!(replayed["state_hash"], recorded["state_hash"]);
     let refused = ["run", "--replay", "c.msdrec", "--substeps", "auto"];
     assert!(
-        text(&outcome(msd(folder.path(), &refused)).stderr).contains("--substeps auto does not")
+        text(&outcome(msd(folder.path(), &refused)).stderr)
+            .contains("--substeps auto cannot be used")
     );
 }
 
@@ -361,8 +362,8 @@ fn inspect_prints_frequencies_in_one_unit() {
     std::fs::write(path.join("oscillator.toml"), oscillator).expect("a file");
     let slow = quiet(msd(path, &["inspect", "oscillator.toml"]));
     // w = sqrt(50 / 2) = 5 rad/s, and 1 / (2 x 2 x 5) of critical damping.
-    assert!(slow.contains("fastest motion 0.7958 Hz\n"), "{slow}");
-    assert!(slow.contains("slowest motion 0.796 Hz, with a damping ratio of 0.05\n"), "{slow}");
+    assert!(slow.contains("highest frequency 0.7958 Hz\n"), "{slow}");
+    assert!(slow.contains("lowest frequency 0.796 Hz, with a damping ratio of 0.05\n"), "{slow}");
     assert!(slow.contains("Young's modulus times cross-section 50 N in 2 directions"), "{slow}");
 }
 
@@ -398,7 +399,7 @@ fn inspect_prints_what_a_body_amounts_to_and_refuses_what_is_no_scene() {
                     stiffness = 80\ntouch = { restitution = 0.25 }\n";
     std::fs::write(path.join("touch.toml"), touching).expect("a file");
     let told = quiet(msd(path, &["inspect", "touch.toml"]));
-    let line = "meets itself and others at a thickness of 0.01 m, friction 0.5, restitution 0.25";
+    let line = "collides with itself and others: thickness 0.01 m, friction 0.5, restitution 0.25";
     assert!(told.contains(line), "{told}");
     is_near(&json(msd(path, &["inspect", "touch.toml"]))["bodies"][0]["touch"]["thickness"], 0.01);
     let rope = |name: &str, touch: &str| {
@@ -412,9 +413,9 @@ fn inspect_prints_what_a_body_amounts_to_and_refuses_what_is_no_scene() {
     std::fs::write(path.join("three.toml"), format!("version = 1\n{}", three.concat())).unwrap();
     let told = quiet(msd(path, &["inspect", "three.toml"]));
     for line in [
-        "  meets itself and others at a thickness of 0.1 m, friction 0.5, restitution 0\n",
-        "  keeps its thickness from obstacles too\n",
-        "  meets c with friction 0.75, restitution 0.5\n  passes through b\n",
+        "  collides with itself and others: thickness 0.1 m, friction 0.5, restitution 0\n",
+        "  collides with obstacles at its thickness\n",
+        "  collides with c: friction 0.75, restitution 0.5\n  passes through b\n",
     ] {
         assert!(told.contains(line), "{told}");
     }

@@ -171,7 +171,7 @@ fn an_output_without_a_place_is_refused_before_the_run() {
     let render = ["render", "good.toml", "--time", "1e7", "--out"];
     for (name, told) in [
         ("nowhere/p.png", "nowhere/p.png: cannot be written: there is no folder"),
-        ("p.jpg", "end the name in .png"),
+        ("p.jpg", "use .png"),
     ] {
         refuse(folder.path(), &[&render[..], &[name]].concat(), &[told]);
     }

@@ -226,6 +226,6 @@ fn what_is_no_film_is_refused_before_the_run() {
         msd(folder.path(), &["render", "dice", "--frames", "0:1:1/10", "--out", "a.mp4"]);
     without.env("PATH", "");
     let said = refused(without, 2);
-    assert!(said.contains("a .mp4 film is made by ffmpeg, which is not installed"), "{said}");
+    assert!(said.contains(".mp4 needs ffmpeg, which is not installed"), "{said}");
     assert_eq!(folder.path().read_dir().expect("a folder").count(), 0);
 }

@@ -165,8 +165,8 @@ fn a_replay_that_ends_elsewhere_says_so() {
     recorder.finish(&runner).expect("room on the disk");
     let output = outcome(msd(folder.path(), &["run", "--replay", "r.msdrec"]));
     assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stdout).ends_with("replayed to another state\n"));
-    assert!(text(&output.stderr).contains("did not end in the state that was recorded"));
+    assert!(text(&output.stdout).ends_with("replayed to a different state\n"));
+    assert!(text(&output.stderr).contains("ended in a different state than the recording"));
 }
 
 #[test]

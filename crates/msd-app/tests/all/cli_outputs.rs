@@ -56,7 +56,7 @@ fn a_run_goes_on_without_the_file_whose_disk_fills_and_says_so() {
     assert_eq!(output.status.code(), Some(2));
     let said = text(&output.stderr);
     let told = "/dev/full: cannot be written: No space left on device (os error 28)";
-    assert_eq!(said, format!("warning: {told}; the run goes on without it\nerror: {told}\n"));
+    assert_eq!(said, format!("warning: {told}; the run continues without it\nerror: {told}\n"));
     assert!(text(&output.stdout).contains("20 s simulated"));
     let read = |name: &str| fs::read(folder.path().join(name)).expect(name);
     assert!(read("s.csv") == read("alone.csv"));

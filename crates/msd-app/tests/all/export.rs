@@ -133,15 +133,15 @@ fn what_no_file_can_be_written_as_is_refused_before_the_run() {
     };
     let long = ["--duration", "1e6"];
     let run = |out| [&["run", "chain", "--out", out], &long[..]].concat();
-    let endings = "end the name in .csv, .npz, .obj, .ply or .vtu";
-    refuse(&run("a.txt"), &format!("a.txt: no state is written as .txt; {endings}"));
+    let endings = "use .csv, .npz, .obj, .ply or .vtu";
+    refuse(&run("a.txt"), &format!("a.txt: cannot write a state as .txt; {endings}"));
     refuse(&run("a.pc2"), "a.pc2: a .pc2 file holds a run over time, which msd export writes");
     let export = |to, duration| ["export", "chain", "--to", to, "--duration", duration];
-    refuse(&export("a.blend", "1e6"), "a.blend: unknown extension; end the name in .csv");
+    refuse(&export("a.blend", "1e6"), "a.blend: unknown extension; use .csv");
     refuse(&export("nowhere/a.npz", "1e4"), "nowhere/a.npz: cannot be written");
     refuse(&export("a.glb", "1e4"), "at most 1000 moments, not 300001; lengthen --every");
     let fast = [&export("a.npz", "1")[..], &["--every", "1e-3"]].concat();
-    refuse(&fast, "--every: 1 ms is less than a step of the run, which is 16.67 ms");
+    refuse(&fast, "--every: 1 ms is less than a step of the run, 16.67 ms");
     let wrong = [&export("a.npz", "1")[..], &["--every", "1/0"]].concat();
     refuse(&wrong, "must be a number or a fraction such as 1/30");
     // The mesh of a cache is written beside it.

@@ -44,7 +44,7 @@ fn a_scene_that_is_edited_is_read_again_and_camera_pause_and_selection_stay() {
     assert!(viewer.session.is_paused());
     assert_eq!((viewer.session.selected(), viewer.camera), (Some(2), camera));
     let note = viewer.note.clone().expect("a line on it");
-    assert!(note.starts_with("read again: ") && note.ends_with("rope.toml"), "{note}");
+    assert!(note.starts_with("reloaded: ") && note.ends_with("rope.toml"), "{note}");
 }
 
 #[test]

@@ -60,7 +60,7 @@ fn a_film_has_the_states_of_the_timeline_as_they_are_looked_at() {
     assert_eq!(viewer.filming.as_ref().map(|filming| filming.progress()[1]), Some(31));
     assert_eq!(wait(&mut viewer), {
         let name = folder.path().join("chain-1.webp");
-        format!("filmed: {}, 31 frames", name.display())
+        format!("saved {}, 31 frames", name.display())
     });
     assert_eq!(names(folder.path()), ["chain-1.webp"]);
     let file = BufReader::new(File::open(folder.path().join("chain-1.webp")).expect("a film"));
@@ -92,7 +92,7 @@ fn a_film_as_pictures_has_one_per_frame_and_what_is_cancelled_leaves_no_part() {
     let Some((mut viewer, _)) = viewer(folder.path()) else { return };
     viewer.film(FilmFormat::Png);
     let told = wait(&mut viewer);
-    assert!(told.starts_with("filmed: ") && told.ends_with("31 frames"), "{told}");
+    assert!(told.starts_with("saved ") && told.ends_with("31 frames"), "{told}");
     assert_eq!(names(folder.path()), ["chain-1.frames"]);
     let pictures = names(&folder.path().join("chain-1.frames"));
     assert_eq!((pictures.len(), &*pictures[30]), (31, "0030.png"));
@@ -127,7 +127,7 @@ fn a_key_takes_a_picture_of_what_is_seen_and_not_of_the_timeline() {
     viewer.look_back(7);
     viewer.command(Command::Picture);
     let told = wait(&mut viewer);
-    assert_eq!(told, format!("picture: {}", folder.path().join("chain-1.png").display()));
+    assert_eq!(told, format!("saved {}", folder.path().join("chain-1.png").display()));
     let view = View { camera: viewer.camera, style: Style { legend: true, ..viewer.style } };
     let image = on!(viewer.session.runner(), simulation => {
         render_image(&gpu, &simulation.snapshot(), &view, 120, 80)

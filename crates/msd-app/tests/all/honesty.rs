@@ -260,7 +260,7 @@ fn a_run_that_blew_up_rests_at_a_state_that_holds_together() {
     // The longest at the start are the diagonals of its cubes.
     assert!(longest < 3.0 * 3f64.sqrt(), "{longest} m");
     let text = &session.failure().expect("it blew up").text;
-    assert!(text.contains("left the world") && text.contains("last state that held"), "{text}");
+    assert!(text.contains("left the world") && text.contains("last valid state"), "{text}");
     assert!(session.is_paused() && session.stability().is_none());
     session.advance(0.0, &|| 0.0);
     check_readings(&session, "after a failure");

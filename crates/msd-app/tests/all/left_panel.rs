@@ -54,10 +54,10 @@ fn the_list_of_scenes_is_short_and_shows_the_scene_that_runs() {
 #[test]
 fn a_picture_that_may_cost_little_is_told() {
     let mut harness = harness();
-    assert!(harness.query_by_label("no GPU: plain pictures").is_none());
+    assert!(harness.query_by_label("no GPU: reduced graphics").is_none());
     harness.state_mut().quality = Quality::Fast;
     harness.run_steps(2);
-    assert!(harness.query_by_label("no GPU: plain pictures").is_some());
+    assert!(harness.query_by_label("no GPU: reduced graphics").is_some());
     // Half the resolution is a switch, with a label if it was chosen automatically.
     let pace = Pace { frame_rate: 10.0, ..Pace::default() };
     let state = harness.state_mut();

@@ -146,7 +146,7 @@ fn study_tune_inspect_and_render_take_a_link_and_a_sweep_says_that_it_does_not()
     // Without a graphics driver, the command fails only at the rendering.
     let said = text(&drawn.stderr);
     assert!(folder.path().join("chain.png").exists() || said.contains("adapter"), "{said}");
-    assert!(refused(msd(folder.path(), &["sweep", &link]), 2).contains("no link"));
+    assert!(refused(msd(folder.path(), &["sweep", &link]), 2).contains("not a link"));
     let sweep =
         format!("version = 1\nscene = '{link}'\nduration = 1\n[grid]\n'world.drag' = [0, 1]\n");
     std::fs::write(folder.path().join("sweep.toml"), sweep).expect("a file");
@@ -193,8 +193,8 @@ fn a_link_that_says_nothing_usable_is_refused_in_one_line() {
     let cut = &whole[..whole.len() - 5];
     for (link, words) in [
         (cut, "damaged"),
-        ("#scene=nothing", "a scene that is not there: `nothing`"),
-        ("#scene=/etc/passwd", "a scene that is not there"),
+        ("#scene=nothing", "an unknown scene: `nothing`"),
+        ("#scene=/etc/passwd", "an unknown scene"),
         ("#scene=", "names no scene"),
     ] {
         for command in ["run", "view"] {

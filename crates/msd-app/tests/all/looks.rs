@@ -162,13 +162,13 @@ fn the_panel_sets_looks_where_they_are_wanted() {
     let viewer = Viewer::new(loaded("cube"), catalogue()).expect("a valid scene");
     let size = Vec2::new(1280.0, 800.0);
     let mut harness = window(viewer, size);
-    assert!(harness.query_by_role_and_label(Role::ComboBox, "Like").is_none());
+    assert!(harness.query_by_role_and_label(Role::ComboBox, "Finish").is_none());
     let click = |harness: &mut Harness<'_, Viewer>, role: Role, label: &str| {
         harness.get_by_role_and_label(role, label).click();
         harness.run_steps(3);
     };
     click(&mut harness, Role::Button, "Look");
-    click(&mut harness, Role::ComboBox, "Like");
+    click(&mut harness, Role::ComboBox, "Finish");
     click(&mut harness, Role::Button, "wood");
     let look = |harness: &Harness<'_, Viewer>| looks(harness.state().session.runner())[0];
     assert_eq!(look(&harness).pattern, Pattern::Grain);
@@ -176,7 +176,7 @@ fn the_panel_sets_looks_where_they_are_wanted() {
     click(&mut harness, Role::ComboBox, "Pattern");
     click(&mut harness, Role::Button, "stripes");
     assert_eq!(look(&harness).pattern, Pattern::Stripes);
-    harness.get_by_role_and_label(Role::Slider, "Its size");
+    harness.get_by_role_and_label(Role::Slider, "Pattern size");
     click(&mut harness, Role::Button, "Colour");
     let before = look(&harness);
     click(&mut harness, Role::Button, "#f2b83d");

@@ -24,7 +24,7 @@ fn places(harness: &Harness<'_, Viewer>) -> Vec<Rect> {
     let controls = [
         (Role::Slider, "Stiffness"),
         (Role::ComboBox, "Method"),
-        (Role::Button, "Trade: error against cost"),
+        (Role::Button, "Accuracy vs. cost"),
         (Role::CheckBox, "Estimate error"),
         (Role::CheckBox, "Colour by error"),
         (Role::Label, "ENERGY"),
@@ -55,7 +55,7 @@ fn no_control_moves_where_a_text_comes_or_goes() {
 #[test]
 fn the_distance_of_a_twin_is_read_off_in_metres_and_seconds() {
     let mut harness = harness("jelly", [1280.0, 800.0]);
-    harness.get_by_label_contains("Twin: beside").click();
+    harness.get_by_label_contains("Compare with").click();
     harness.run_steps(3);
     for steps in [20, 40, 60] {
         (0..steps).for_each(|_| harness.state_mut().session.step_forward());
@@ -144,7 +144,7 @@ fn all_of_the_trade_is_within_reach_in_a_small_window() {
         harness.state_mut().session.set_study_paused(true);
         harness.run_steps(3);
         let view = harness.state().layout.rect;
-        for label in ["from the start", "double precision"] {
+        for label in ["from start", "double precision"] {
             let node = |harness: &Harness<'_, Viewer>| harness.get_by_label(label).rect();
             harness.get_by_label(label).scroll_to_me();
             harness.run_steps(60);

@@ -150,13 +150,13 @@ fn the_panel_shows_the_units_of_a_material_and_the_source_of_its_name() {
     let viewer = Viewer::new(open(&path).expect("a scene"), catalogue()).expect("a valid scene");
     let size = Vec2::new(1280.0, 800.0);
     let mut harness = window(viewer, size);
-    for label in ["Young", "Density", "Loss"] {
+    for label in ["Young", "Density", "Relaxation"] {
         harness.get_by_role_and_label(Role::Slider, label);
     }
     assert!(harness.query_by_role_and_label(Role::Slider, "Stiffness").is_none());
     assert!(harness.query_by_role_and_label(Role::Slider, "Thickness").is_none());
     harness.get_by_label("0.25");
-    harness.get_by_role_and_label(Role::ComboBox, "Made of").click();
+    harness.get_by_role_and_label(Role::ComboBox, "Material").click();
     harness.run_steps(3);
     // An entry that is visible without scrolling the list.
     harness.get_by_role_and_label(Role::Button, "gelatine-7%").click();

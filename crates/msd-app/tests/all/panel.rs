@@ -106,7 +106,7 @@ fn the_energy_is_seen_without_scrolling_and_the_timeline_is_as_wide_as_the_windo
     let harness = harness();
     // The last line of the section is above the timeline.
     let timeline = harness.state().layout.landmarks["timeline"];
-    let last = harness.get_by_label_contains("by error\u{a0}").rect();
+    let last = harness.get_by_label_contains("energy error\u{a0}").rect();
     assert!(last.bottom() < timeline.top(), "{last:?} {timeline:?}");
     assert!(0.7 * 1280.0 < timeline.width(), "{timeline:?}");
     let loaded = msd_scene::open("jelly").expect("a built-in scene");
@@ -149,7 +149,7 @@ fn texts(harness: &Harness<'_, Viewer>, end: &str) -> Vec<(String, egui::Rect, e
 #[test]
 fn no_number_of_the_time_axis_is_cut_off() {
     let mut harness = harness_of("chain");
-    let plot = harness.get_by_label_contains("by error\u{a0}").rect();
+    let plot = harness.get_by_label_contains("energy error\u{a0}").rect();
     let mut seen = 0;
     // Ticks enter at the right edge from 12 s on, every 5 s, and get wider.
     for frame in 0..60 * 22 {
@@ -174,14 +174,17 @@ fn no_number_of_the_time_axis_is_cut_off() {
 #[test]
 fn the_main_numbers_stay_in_sight_where_the_panel_is_longer_than_the_window() {
     let mut harness = harness();
-    let is_short =
-        |harness: &Harness<'_, Viewer>| harness.query_by_label_contains("wrong\u{a0}by").is_none();
+    let is_short = |harness: &Harness<'_, Viewer>| {
+        harness.query_by_label_contains("energy\u{a0}error").is_none()
+    };
     assert!(is_short(&harness), "the panel fits");
     click(&mut harness, Role::CheckBox, "Estimate error");
-    harness.get_by_label_contains("Twin: beside").click();
+    harness.get_by_label_contains("Compare with").click();
     harness.run_steps(6);
-    for words in ["h\u{a0}", "error\u{a0}", "twin\u{a0}", "energy\u{a0}", "wrong\u{a0}by\u{a0}"] {
-        // The energy section also says "by error", below the edge.
+    for words in
+        ["substep:\u{a0}", "error\u{a0}", "twin\u{a0}", "energy\u{a0}", "energy\u{a0}error\u{a0}"]
+    {
+        // The energy section also says "energy error", below the edge.
         let bottom = harness.state().layout.landmarks["timeline"].top();
         let mut lines = harness.query_all_by_label_contains(words).map(|line| line.rect());
         assert!(lines.any(|line| 0.0 < line.top() && line.bottom() < bottom), "{words}");
@@ -200,7 +203,7 @@ fn a_drag_goes_on_where_it_makes_the_panel_longer_than_the_window() {
     // The first half of the way makes a wind, which adds two sliders.
     drag(&mut harness, rect.left_center() + Vec2::new(6.0, 0.0), rect.right_center());
     assert!(50.0 < harness.state().session.wind().strength);
-    assert!(harness.query_by_label_contains("wrong\u{a0}by").is_some(), "it is longer");
+    assert!(harness.query_by_label_contains("energy\u{a0}error").is_some(), "it is longer");
 }
 
 #[test]
@@ -322,7 +325,7 @@ fn the_error_is_estimated_on_demand() {
         harness.state_mut().command(Command::StepForward);
     }
     harness.run_steps(2);
-    assert!(says(&harness, "error over the last 0.5 s") && says(&harness, "worst particle"));
+    assert!(says(&harness, "error over the last 0.5 s") && says(&harness, "largest: particle"));
     click(&mut harness, Role::CheckBox, "Estimate error");
     assert!(!says(&harness, "error over the last") && !says(&harness, "measuring"));
 }
@@ -381,7 +384,7 @@ fn a_drag_beside_the_body_turns_the_camera_and_a_slider_does_not() {
 
 /// Returns whether a percentage of the limit is shown.
 fn shows_limit(harness: &Harness<'_, Viewer>) -> bool {
-    harness.query_by_label_contains("the limit").is_some()
+    harness.query_by_label_contains("the stable limit").is_some()
         || harness.query_by_label_contains("step is stable").is_some()
 }
 
@@ -401,7 +404,7 @@ fn the_percentage_is_gone_in_the_very_next_frame() {
     harness.run_steps(2);
     assert_eq!(harness.state().session.runner().integrator(), Integrator::ExplicitEuler);
     assert!(!shows_limit(&harness));
-    assert!(harness.query_by_label("working it out…").is_some());
+    assert!(harness.query_by_label("predicting…").is_some());
     predict(&mut harness);
     harness.state_mut().session.edit(MaterialEdit::Stiffness(3e5));
     harness.run_steps(1);
@@ -425,10 +428,10 @@ fn a_divergence_shows_ways_out_and_what_the_panel_shows() {
     let offers = session.offers().to_vec();
     harness.run_steps(3);
     // The box and the panel show the same share of the limit.
-    let share = harness.query_all_by_label_contains("× the limit").count()
-        + harness.query_all_by_label_contains("% of the limit").count();
+    let share = harness.query_all_by_label_contains("× the stable limit").count()
+        + harness.query_all_by_label_contains("% of the stable limit").count();
     assert_eq!(share, 2);
-    assert!(harness.query_by_label("The scene's own values").is_some());
+    assert!(harness.query_by_label("Reset to the scene's values").is_some());
     let method = |offer: &Offer| matches!(offer.remedy, Remedy::Method(..));
     assert!(offers.iter().any(method));
     let substeps = offers.iter().find_map(|offer| match offer.remedy {
@@ -468,10 +471,10 @@ fn help_opens_and_closes() {
     let mut harness = harness();
     harness.state_mut().command(Command::Help);
     harness.run_steps(3);
-    assert!(harness.query_by_label("pause or go on").is_some());
+    assert!(harness.query_by_label("pause / resume").is_some());
     harness.state_mut().command(Command::Escape);
     harness.run_steps(3);
-    assert!(harness.query_by_label("pause or go on").is_none());
+    assert!(harness.query_by_label("pause / resume").is_none());
 }
 
 #[test]
@@ -545,7 +548,7 @@ fn a_scene_of_a_file_stays_in_the_list() {
 #[test]
 fn explicit_euler_is_one_click_from_the_first_screen() {
     let mut harness = harness();
-    click(&mut harness, Role::Button, "Twin: beside explicit-euler");
+    click(&mut harness, Role::Button, "Compare with explicit-euler");
     let twin = harness.state().session.twin().expect("it is on");
     assert_eq!(twin.settings().integrator, Integrator::ExplicitEuler);
     (0..10).for_each(|_| harness.state_mut().session.step_forward());
@@ -567,7 +570,7 @@ fn the_timeline_is_dragged_and_undo_has_its_buttons() {
     assert!((45..=55).contains(&ahead), "{ahead} steps back");
     assert_eq!(harness.state().session.runner().steps(), 100 - ahead as u64);
     harness.run_steps(1);
-    assert!(harness.query_by_label_contains("go on from here").is_some());
+    assert!(harness.query_by_label_contains("resume from here").is_some());
     harness.state_mut().session.edit(MaterialEdit::Stiffness(1e3));
     harness.run_steps(2);
     assert_eq!(harness.state().session.steps_ahead(), 0);

@@ -92,7 +92,7 @@ fn hints_speak_of_fingers_and_no_button_of_the_page_is_there_twice() {
     harness.state_mut().command(Command::Help);
     for tab in TABS {
         click(&mut harness, tab);
-        for label in ["Pause", "Step", "Restart", "Frame all", "Copy link", "Save run", "Guide"] {
+        for label in ["Pause", "Step", "Restart", "Frame all", "Copy link", "Save run", "Tour"] {
             let twice = harness.query_by_role_and_label(Role::Button, label);
             assert!(twice.is_none(), "{tab}: {label}");
         }

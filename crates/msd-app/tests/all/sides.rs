@@ -18,7 +18,7 @@ fn harness(scene: &str) -> Harness<'static, Viewer> {
     let mut harness = builder.build_ui_state(frame, viewer);
     theme::apply(&harness.ctx);
     harness.run_steps(3);
-    harness.get_by_label_contains("Twin: beside").click();
+    harness.get_by_label_contains("Compare with").click();
     harness.run_steps(3);
     assert_eq!(harness.state().sides(), [Side::Run]);
     harness.get_by_label("Side by side").click();

@@ -250,7 +250,7 @@ fn the_sliders_are_there_for_what_touches() {
     theme::apply(&harness.ctx);
     harness.run_steps(3);
     assert!(harness.query_by_role_and_label(Role::Slider, "Gap").is_none());
-    harness.get_by_role_and_label(Role::CheckBox, "Touch").click();
+    harness.get_by_role_and_label(Role::CheckBox, "Collide").click();
     harness.run_steps(3);
     let thickness =
         |harness: &Harness<'_, Viewer>| first(harness.state().session.touch_values().thickness);
@@ -265,7 +265,7 @@ fn the_sliders_are_there_for_what_touches() {
     }
     assert!(thickness(&harness) < before);
     assert_eq!(harness.state().session.undoes(), Some(Deed::Edit("restitution between bodies")));
-    harness.get_by_role_and_label(Role::CheckBox, "Touch").click();
+    harness.get_by_role_and_label(Role::CheckBox, "Collide").click();
     harness.run_steps(3);
     assert!(rows(&harness.state().session).is_empty());
 }

@@ -96,7 +96,7 @@ fn ctrl_c_ends_a_study_with_a_report_of_what_was_tried() {
     assert_eq!(names, whole, "whole files, and no part");
     let study = parse(&std::fs::read_to_string(report.join("study.json")).expect("a file"));
     assert!(!study["trials"].as_array().expect("trials").is_empty());
-    assert!(cached(folder.path(), "study-"), "the same command goes on from there");
+    assert!(cached(folder.path(), "study-"), "the same command resumes");
 }
 
 #[cfg(unix)]
@@ -266,7 +266,7 @@ fn tuning_the_mesh_says_what_to_write_and_a_scene_without_spacing_is_refused() {
     assert!(told.contains("use 1/2 of the spacing"), "{told}");
     assert!(told.contains("bodies[0]: size = [21], spacing = 0.05"), "{told}");
     let told = done(msd(folder.path(), &with("1e-9")));
-    assert!(told.contains("no spacing that was run is certain to meet it"), "{told}");
+    assert!(told.contains("no spacing tried is certain to meet it"), "{told}");
     let write: Vec<&str> = with("1e-3").into_iter().chain(["--write", "--json"]).collect();
     let object = parse(&done(msd(folder.path(), &write)));
     assert_eq!((object["parts"].as_u64(), object["met"].as_bool()), (Some(1), Some(true)));

@@ -143,7 +143,7 @@ fn a_search_finds_a_setting_within_the_error_takes_it_and_says_what_changed() {
     wait_until(&mut session, |session| session.searched().is_some_and(|search| !search.is_busy()));
     let words = session.searched().expect("the scene is as it was").words();
     assert!(words.contains("found") && words.contains("tried"), "{words}");
-    assert!(words.contains("from the state of now"), "{words}");
+    assert!(words.contains("from the current state"), "{words}");
     let changed = session.adopted().expect("a setting was taken").to_owned();
     assert!(changed.contains("explicit-euler to "), "{changed}");
     let now = choice_of(session.runner()).expect("a choice");
@@ -158,7 +158,7 @@ fn a_search_finds_a_setting_within_the_error_takes_it_and_says_what_changed() {
     // The line of the current setting shows its cost.
     assert!(!words.contains("per frame"), "{words}");
     // Undo reverts the whole setting with its message, and redo repeats it.
-    assert_eq!(session.undoes(), Some(Deed::Solver("the search's setting")));
+    assert_eq!(session.undoes(), Some(Deed::Solver("found setting")));
     session.undo();
     let before = session.runner().settings();
     assert_eq!((before.integrator, before.substeps), (Integrator::ExplicitEuler, 300));
@@ -194,7 +194,7 @@ fn what_a_search_takes_serves_the_run_as_it_is_and_not_only_as_it_began() {
     let adopted = session.adopted().is_some();
     assert_eq!(adopted, words.contains("found"), "{words}");
     // The cheapest setting from the start suits the fall only: it is skipped, or nothing applied.
-    assert!(words.contains("passed over") || words.contains("nothing was changed"), "{words}");
+    assert!(words.contains("rejected") || words.contains("nothing was changed"), "{words}");
     if adopted {
         let choice = choice_of(session.runner()).expect("a choice");
         let here = session.runner().progress().0;
@@ -220,7 +220,7 @@ fn a_search_is_void_with_its_scene_and_changes_nothing_that_does_not_meet_it() {
     session.search(Goal::Budget(1e-15));
     wait_until(&mut session, |session| session.searched().is_some_and(|search| !search.is_busy()));
     let words = session.searched().expect("the scene is as it was").words();
-    assert!(words.contains("nothing was changed; the nearest is"), "{words}");
+    assert!(words.contains("nothing was changed; nearest: "), "{words}");
     assert_eq!((choice_of(session.runner()), session.adopted()), (before, None));
     session.end_search();
     assert!(session.searched().is_none());
@@ -298,13 +298,13 @@ fn the_slider_walks_from_fast_to_accurate_and_the_panel_says_what_changed() {
     let mut harness = builder.build_ui_state(frame, viewer);
     theme::apply(&harness.ctx);
     harness.run_steps(3);
-    harness.get_by_label_contains("Trade: error").click();
+    harness.get_by_label_contains("Accuracy vs. cost").click();
     harness.run_steps(3);
     assert!(harness.state().session.trade().is_on());
     wait_until(&mut harness.state_mut().session, |session| 20 <= points(session));
     harness.run_steps(3);
     assert!(harness.query_by_label_contains("settings measured").is_some());
-    assert!(harness.query_by_label_contains("now: ").is_some());
+    assert!(harness.query_by_label_contains("current: ").is_some());
     let slider = harness.get_by_role_and_label(Role::Slider, "fast – accurate").rect();
     let press = |harness: &mut Harness<'_, Viewer>, at: egui::Pos2| {
         harness.hover_at(at);
@@ -332,15 +332,15 @@ fn the_slider_walks_from_fast_to_accurate_and_the_panel_says_what_changed() {
     // A change of a field starts a search, which shows its progress.
     harness.get_by_role_and_label(Role::SpinButton, "within").increment_accesskit();
     harness.run_steps(3);
-    assert!(harness.query_by_label_contains("searching within").is_some());
+    assert!(harness.query_by_label_contains("searching for error below").is_some());
     assert!(harness.query_by_label("Stop").is_some());
     // The switch of gravity switches it off, which voids study and search.
     harness.get_by_role_and_label(Role::CheckBox, "gravity").click();
     harness.run_steps(2);
     assert_eq!(harness.state().session.material().values().gravity, 0.0);
-    assert!(harness.query_by_label_contains("searching within").is_none());
+    assert!(harness.query_by_label_contains("searching for error below").is_none());
     assert!(harness.query_by_label("off").is_some());
-    assert!(harness.query_by_label_contains("waiting until the scene").is_some());
+    assert!(harness.query_by_label_contains("waiting until you stop").is_some());
 }
 
 /// Drags the slider from one end to the other with one frame per two seconds, and undoes that.
@@ -364,7 +364,7 @@ fn one_slow_drag_is_one_edit(harness: &mut Harness<'_, Viewer>, slider: egui::Re
     harness.drop_at(at(0.95));
     harness.state_mut().session.advance(2.0, &|| 0.0);
     harness.run_steps(2);
-    let setting = Some("the trade's setting");
+    let setting = Some("chosen setting");
     assert!(choice(harness) != start && edits(harness) == [setting, None]);
     harness.state_mut().session.undo();
     assert_eq!((choice(harness), edits(harness)), (start, [setting; 2]));

@@ -293,7 +293,7 @@ fn the_guide_follows_what_is_done_and_is_not_offered_twice() {
     harness.state_mut().session.set_estimating(true);
     wait(&mut harness, 60);
     assert_eq!(now(&harness), None);
-    harness.get_by_label("Close the guide").click();
+    harness.get_by_label("Close the tour").click();
     harness.run_steps(2);
     assert!(harness.state().layout.guide.is_none());
     let kept = harness.state_mut().remember([1280.0, 800.0], 1.0).clone();

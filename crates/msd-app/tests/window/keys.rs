@@ -210,7 +210,7 @@ fn a_button_films_what_was_seen_while_the_run_goes_on(desk: &Desk) {
     desk.click("cancel film");
     let ended = desk.wait("it has ended", |now| now["filming"].is_null());
     let told = ended["note"].as_str().unwrap_or_default();
-    assert!(told == "the film was cancelled" || told.starts_with("filmed: chain-1.webp"), "{told}");
+    assert!(told == "the film was cancelled" || told.starts_with("saved chain-1.webp"), "{told}");
     let names = std::fs::read_dir(desk.folder.path()).expect("a folder").flatten();
     let parts = names.filter(|name| name.file_name().to_string_lossy().contains(".part")).count();
     assert_eq!(parts, 0);
@@ -237,7 +237,7 @@ fn a_recording_says_its_file_and_is_replayed(desk: &Desk) {
     desk.xdotool("key F9");
     let ended = desk.wait("F9 ends it", |now| now["recording"].is_null());
     let note = ended["note"].as_str().expect("a note");
-    let command = note.strip_prefix("recorded; to see it again: msd ").expect(note);
+    let command = note.strip_prefix("recorded; replay it with: msd ").expect(note);
     // The line of the note, as a user would type it.
     let words: Vec<&str> = command.split(' ').collect();
     assert_eq!(words, ["run", "--replay", &file]);
@@ -252,7 +252,7 @@ fn s_saves_the_run_ctrl_s_the_scene_and_ctrl_c_copies_the_command(desk: &Desk) {
     desk.xdotool("key s");
     let saved = desk.wait("S saves", |now| now["note"] != start["note"]);
     let note = saved["note"].as_str().expect("a note");
-    assert_eq!(note, "saved chain-1.msd; to go on from here: msd view chain-1.msd");
+    assert_eq!(note, "saved chain-1.msd; resume it with: msd view chain-1.msd");
     let run = msd_scene::open(desk.folder.path().join("chain-1.msd")).expect("a saved run");
     assert_eq!(run.progress.map(|progress| progress.steps), saved["steps"].as_u64());
     desk.xdotool("key ctrl+s");

@@ -66,7 +66,7 @@ fn the_slider_walks_along_the_front(desk: &Desk) {
     let place = |part| across(&start, "fast to accurate", part);
     desk.drag(1, place(0.6), place(0.98));
     let fine = desk.wait("the accurate end", |now| now["solver"] != start["solver"]);
-    assert_eq!(fine["past"]["undo"], "the trade's setting", "{fine}");
+    assert_eq!(fine["past"]["undo"], "chosen setting", "{fine}");
     desk.xdotool("key Escape");
     desk.xdotool("key ctrl+z");
     desk.wait("Ctrl+Z takes it back", |now| now["solver"] == start["solver"]);
@@ -98,7 +98,9 @@ fn a_search_is_ended_by_its_button(desk: &Desk) {
     desk.xdotool("type --delay 60 200");
     desk.xdotool("key Return");
     let words = |now: &Value| now["trade"]["search"].as_str().unwrap_or_default().to_owned();
-    desk.wait("it is searched for", |now| words(now).starts_with("searching within 200 mm"));
+    desk.wait("it is searched for", |now| {
+        words(now).starts_with("searching for error below 200 mm")
+    });
     desk.click("stop");
     let after = desk.wait("it is ended, and its button gone", |now| {
         now["trade"]["search"].is_null() && now["landmarks"]["stop"].is_null()

@@ -15,8 +15,7 @@ impl CpuClock {
     pub const SURE: f64 = if cfg!(target_arch = "wasm32") { 0.02 } else { 0.0 };
 
     /// Name of the measured time, in words: a browser does not report CPU time.
-    pub const MEASURES: &str =
-        if cfg!(target_arch = "wasm32") { "time" } else { "time of the processor" };
+    pub const MEASURES: &str = if cfg!(target_arch = "wasm32") { "time" } else { "CPU time" };
 
     /// Starts the watch; in a browser, which does not report CPU time, it shows wall time.
     pub fn start() -> Self {

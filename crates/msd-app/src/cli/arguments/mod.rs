@@ -106,7 +106,7 @@ const CELLS: &str = "Cells (default: all)";
 /// Arguments of `msd view`, and of `msd` without a command.
 #[derive(Debug, Args)]
 pub struct ViewArguments {
-    /// Scene to show in the window [default: the last one, at first cube]
+    /// Scene to show in the window [default: the last one, or cube]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub set: SetArguments,
@@ -137,8 +137,8 @@ pub struct SolverArguments {
     #[arg(conflicts_with = "substeps")]
     pub step: Option<Step>,
     /// Integration steps per frame of 1/60 s, instead of --step; `auto` chooses them from the
-    /// longest stable step, and again as the run goes on or where particles would pass through each
-    /// other or go far round a solid
+    /// longest stable step, and renews them during the run, and where particles would tunnel or go
+    /// far round a solid
     #[arg(long, value_name = "N|auto", value_parser = automatic_substeps)]
     #[arg(allow_hyphen_values = true)]
     pub substeps: Option<Substeps>,
@@ -432,7 +432,7 @@ pub struct SweepArguments {
     /// Write the files to this folder [default: as in the sweep file, else its name without ending]
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
-    /// Print the list, or what was run, as JSON
+    /// Print the list or the summary as JSON
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
 }

@@ -127,7 +127,7 @@ pub fn seen(
     let mut runner = prepared.runner.clone();
     let (mut taken, mut all) = (0, None::<(glam::Vec3, glam::Vec3)>);
     let mut largest = 0.0;
-    let mut progress = Steps::new(steps.last().copied().unwrap_or(0), "looking where it goes");
+    let mut progress = Steps::new(steps.last().copied().unwrap_or(0), "computing the view");
     for &step in steps {
         while taken < step {
             // The actual run repeats the error and reports it.

@@ -12,7 +12,7 @@ const BUDGET: f64 = 3.0;
 /// marked as only predicted. `frame` is the time that `--substeps` divides, and `stable` the
 /// predicted longest stable substep, seconds.
 pub fn advise(start: &Runner, frame: f64, stable: f64, lasting: f64) -> String {
-    let _notice = SlowNotice::new("looking for a step that is stable".to_owned());
+    let _notice = SlowNotice::new("searching for a stable step".to_owned());
     let clock = Instant::now();
     let mut rescue = Rescue::new(start.settings(), stable, (&[Origin::Start], u32::MAX), lasting);
     rescue.work(&|_| Some(start.clone()), BUDGET, &|| clock.elapsed().as_secs_f64());
@@ -25,8 +25,8 @@ pub fn advise(start: &Runner, frame: f64, stable: f64, lasting: f64) -> String {
     if !options.is_empty() {
         return format!("try {}", options.join(" or "));
     }
-    let all = "no method or number of substeps that was tried helps";
-    if is_done { all } else { "the search for one that helps took too long" }.to_owned()
+    let all = "no method or number of substeps tried is stable";
+    if is_done { all } else { "the search for a stable setting timed out" }.to_owned()
 }
 
 /// Formats advice as the end of a sentence; empty if there is none, or if it was given before.

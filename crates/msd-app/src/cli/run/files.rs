@@ -160,7 +160,7 @@ impl Files {
     }
 
     fn give_up(&mut self, error: &FileError) {
-        note(&format!("warning: {error}; the run goes on without it"));
+        note(&format!("warning: {error}; the run continues without it"));
         self.failures.push(error.to_string());
     }
 }
@@ -175,7 +175,7 @@ impl Saver {
     fn save_on_the_way(&mut self, runner: &Runner) {
         let saved = self.save(runner);
         if let (Err(error), false) = (&saved, self.failed) {
-            note(&format!("warning: {error}; the run goes on, and is saved again later"));
+            note(&format!("warning: {error}; the run continues, and the next save tries again"));
         }
         self.failed = saved.is_err();
     }
@@ -200,7 +200,7 @@ fn state_format(path: &Path) -> Result<Format, Failure> {
     let [others @ .., last] = FORMATS.map(|format| format!(".{}", format.ending()));
     let others = others.join(", ");
     Err(Failure::input(format!(
-        "{path}: no state is written as .{ending}; end the name in {others} or {last}"
+        "{path}: cannot write a state as .{ending}; use {others} or {last}"
     )))
 }
 

@@ -79,7 +79,7 @@ fn late_advice(prepared: &Prepared, diverged: Option<&Error>) -> Option<String> 
 /// Returns the failure of a run that the user interrupted.
 pub fn interrupted(runner: &Runner) -> Failure {
     let time = quantity(runner.time(), "s");
-    Failure::interrupted(format!("interrupted at t = {time}; the files hold the run up to then"))
+    Failure::interrupted(format!("interrupted at t = {time}; the files hold the run so far"))
 }
 
 /// Prints the report of a run, the reason of an early end, and the files that could not be written.

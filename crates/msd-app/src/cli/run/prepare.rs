@@ -190,7 +190,7 @@ fn begun_anew(runner: &Runner, scene: &Scene, state: &Path) -> Option<String> {
         (_, false) => format!("{count} solids that move and {pins} begin"),
     };
     Some(format!(
-        "{} holds no time: {moving} anew; `--save RUN.msd` keeps a run that goes on where it was",
+        "{} holds no time: {moving} anew; use `--save RUN.msd` to continue a run exactly",
         shown_path(state),
     ))
 }

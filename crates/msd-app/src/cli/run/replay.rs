@@ -59,8 +59,8 @@ pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     let elsewhere = report.replay.is_some_and(|replay| replay.same_bits == Some(false));
     let elsewhere = elsewhere.then(|| {
         Failure::input(format!(
-            "{file}: the replay did not end in the state that was recorded; was it recorded by \
-             another version of msd?"
+            "{file}: the replay ended in a different state than the recording; was it recorded \
+             by another version of msd?"
         ))
     });
     Failure::all(told.err().into_iter().chain(elsewhere))
@@ -73,7 +73,7 @@ fn load(path: &Path, salvage: bool) -> Result<Recording, Failure> {
     }
     load_recording(path).map_err(|error| {
         let some_is_whole = load_salvaged(path).is_ok();
-        let advice = if some_is_whole { "; --salvage replays what is whole" } else { "" };
+        let advice = if some_is_whole { "; --salvage replays the intact part" } else { "" };
         Failure::input(format!("{error}{advice}"))
     })
 }
@@ -81,8 +81,8 @@ fn load(path: &Path, salvage: bool) -> Result<Recording, Failure> {
 /// Returns the solver options that replace those of the recording.
 fn changes(solver: &SolverArguments) -> Result<SolverRow, Failure> {
     if solver.substeps == Some(Substeps::Auto) {
-        let reason = "--substeps auto does not go with --replay, which takes the substeps that \
-                      were recorded, or a number";
+        let reason = "--substeps auto cannot be used with --replay: omit it to use the recorded \
+                      substeps, or give a number";
         return Err(Failure::input(reason));
     }
     // The substeps divide a recorded step.
@@ -107,7 +107,7 @@ fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> 
             recording.lost_bytes
         ));
     } else if recording.is_cut_short {
-        let told = "the end of the recording is missing; it is replayed as far as it goes";
+        let told = "the end of the recording is missing; the intact part is replayed";
         warnings.push(told.into());
     }
     warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));

@@ -154,8 +154,8 @@ impl Comparison {
         let Some(apart) = &self.apart else {
             return match self.same_bits {
                 Some(true) => "replayed to the same bits".into(),
-                Some(false) => "replayed to another state".into(),
-                None => "replayed as far as it goes".into(),
+                Some(false) => "replayed to a different state".into(),
+                None => "replayed the intact part".into(),
             };
         };
         let Distance { recorded_integrator, rms, max, particle, size, noticeable_at } = apart;

@@ -32,7 +32,7 @@ impl Moments {
         let last = ((to - from) / every + 1e-6).floor();
         if MOST <= last {
             let most = plain(MOST);
-            return Err(Failure::input(format!("{option}: at most {most} moments fit a file")));
+            return Err(Failure::input(format!("{option}: at most {most} moments per file")));
         }
         let exact = |moment: u64| (from + moment as f64 * every) / step;
         let moments = 0..=last as u64;
@@ -40,8 +40,7 @@ impl Moments {
         if steps.windows(2).any(|pair| pair[0] == pair[1]) {
             let (every, step) = (quantity(every, "s"), quantity(step, "s"));
             return Err(Failure::input(format!(
-                "{option}: {every} is less than a step of the run, which is {step}; a shorter one \
-                 is set by --step"
+                "{option}: {every} is less than a step of the run, {step}; use a shorter --step"
             )));
         }
         let is_between = moments.zip(&steps).any(|(moment, &step)| {
@@ -81,7 +80,7 @@ mod tests {
     #[test]
     fn moments_closer_than_steps_and_too_many_are_refused() {
         let told = steps(0.0, 1.0, 1e-3).expect_err("a refusal");
-        assert!(told.contains("1 ms is less than a step of the run, which is 16.67 ms"), "{told}");
+        assert!(told.contains("1 ms is less than a step of the run, 16.67 ms"), "{told}");
         assert!(steps(0.0, 1e9, 1e-3).expect_err("a refusal").contains("at most"));
     }
 }

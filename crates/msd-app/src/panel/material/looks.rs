@@ -17,9 +17,9 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Look");
     let mut edits = Vec::new();
     if now.has_surface {
-        let text = now.finish.map_or("own numbers", Finish::name);
+        let text = now.finish.map_or("custom", Finish::name);
         let names = Finish::ALL.map(|finish| (finish, finish.name()));
-        let (response, finish) = choice(ui, ("Like", text), &names, now.finish);
+        let (response, finish) = choice(ui, ("Finish", text), &names, now.finish);
         viewer.layout.landmarks.insert("finish", response.rect);
         edits.extend(finish.map(LookEdit::Finish));
     }
@@ -42,7 +42,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         edits.extend(choice(ui, ("Pattern", text), &names, now.pattern).1.map(LookEdit::Pattern));
     }
     if now.has_surface && now.pattern != Some(Pattern::None) {
-        let size = change(ui, ("Its size", ""), now.pattern_size, 0.0..=10.0, 1e-3).0;
+        let size = change(ui, ("Pattern size", ""), now.pattern_size, 0.0..=10.0, 1e-3).0;
         edits.extend(size.map(LookEdit::PatternSize));
     }
     edits.into_iter().for_each(|edit| viewer.session.edit_look(edit));
@@ -98,7 +98,7 @@ fn picker(ui: &mut Ui, now: [u8; 3]) -> Option<[u8; 3]> {
     });
     let mut mixed = now;
     for (name, part) in ["Red", "Green", "Blue"].into_iter().zip(&mut mixed) {
-        slider(ui, (name, "Part of the colour, of 255"), Slider::new(part, 0..=255));
+        slider(ui, (name, "Component, 0 to 255"), Slider::new(part, 0..=255));
     }
     picked.or((mixed != now).then_some(mixed))
 }

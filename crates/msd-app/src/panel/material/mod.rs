@@ -19,8 +19,8 @@ const PREFIXED: [&str; 4] = ["N/m", "Pa", "s", "m"];
 
 /// Hovers and units of sliders without a key of a scene, by their labels.
 const OWN: [(&str, &str, &str); 5] = [
-    ("Its size", "Of a square, a stripe or a thread; 0 for one that suits the body", "m"),
-    ("Rest length", "Length of the springs at rest, times that of the scene", " ×"),
+    ("Pattern size", "Size of a square, a stripe or a thread; 0 for automatic", "m"),
+    ("Rest length", "Factor of the rest lengths of the springs", " ×"),
     ("Mass", "Mass of each particle", " kg"),
     ("Gravity", "Acceleration downwards", " m/s²"),
     ("Friction", "Friction of planes and solids, by the law below", ""),
@@ -59,13 +59,13 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         // Small gaps, so that all three fit into the width of the panel.
         ui.spacing_mut().item_spacing.x = 3.0;
         let hover = "Make the current shape the rest shape (F)";
-        if ui.button("Freeze shape").on_hover_text(hover).clicked() {
+        if ui.button("Set rest shape").on_hover_text(hover).clicked() {
             viewer.command(Command::Freeze);
         }
-        let reset = Button::new("Reset and restart");
+        let reset = Button::new("Reset to scene");
         let session = &viewer.session;
         let edited = session.material().is_edited();
-        let hover = "Restore material and world of the scene, and start again";
+        let hover = "Restore material and world of the scene, and restart";
         if ui.add_enabled(edited, reset).on_hover_text(hover).clicked() {
             viewer.let_go();
             viewer.session.reset_material();
@@ -146,7 +146,8 @@ fn change(
     };
     let mut response = slider(ui, (label, &about), widget);
     if value.mixed {
-        response = response.on_hover_text("Springs or particles differ; a move sets all of them");
+        response = response
+            .on_hover_text("Springs or particles differ; moving the slider sets all of them");
     }
     (response.changed().then_some(number), response.rect)
 }
@@ -168,7 +169,7 @@ fn material(ui: &mut Ui, session: &mut Session, made: Made) -> Rect {
         })
         .response
         .on_hover_text(
-            "Poisson's ratio: the springs and cells are built for it, by the scene file",
+            "Poisson's ratio, fixed by the scene file: springs and cells are built for it",
         );
     }
     let (key, most) = match made.young {
@@ -179,7 +180,7 @@ fn material(ui: &mut Ui, session: &mut Session, made: Made) -> Rect {
     let (value, _) = change(ui, ("Density", key), density, most * 1e-5..=most, most * 1e-5);
     edits.extend(value.map(MaterialEdit::Density));
     let loss = number(made.relaxation_time);
-    let (value, _) = change(ui, ("Loss", "bodies.relaxation_time"), loss, 0.0..=1.0, 1e-6);
+    let (value, _) = change(ui, ("Relaxation", "bodies.relaxation_time"), loss, 0.0..=1.0, 1e-6);
     edits.extend(value.map(MaterialEdit::RelaxationTime));
     if let Some(thickness) = made.thickness {
         let (value, _) =
@@ -199,7 +200,7 @@ fn touch(ui: &mut Ui, Viewer { session, layout, .. }: &mut Viewer) {
     let TouchValues { mut on, thickness, .. } = session.touch_values();
     let is_mixed = !on && thickness.is_some();
     let hover = "Collide with other bodies that touch; sheets and ropes also with themselves";
-    let touch = Checkbox::new(&mut on, "Touch").indeterminate(is_mixed);
+    let touch = Checkbox::new(&mut on, "Collide").indeterminate(is_mixed);
     let touch = ui.add(touch).on_hover_text(hover);
     layout.landmarks.insert("touch", touch.rect);
     if touch.changed() {
@@ -247,7 +248,7 @@ fn touching_with(ui: &mut Ui, session: &mut Session) {
                 }
             }
         });
-        let hover = "Sets friction and restitution of this body and one other";
+        let hover = "Friction and restitution between this body and one other";
         shown.response.labelled_by(label.id).on_hover_text(hover);
     });
     let Some(&(other, _)) = chosen else { return };
@@ -274,9 +275,9 @@ fn names(ui: &mut Ui, session: &mut Session, made: Made) -> Rect {
         // There is a single fabric in the list, so there is no choice.
         Numbers::Fabric { .. } => made.young.is_none() && made.material == Some(named.name),
     };
-    let text = made.material.unwrap_or("own numbers");
+    let text = made.material.unwrap_or("custom");
     ui.horizontal(|ui| {
-        let name = super::left_label(ui, "Made of");
+        let name = super::left_label(ui, "Material");
         let combo = ComboBox::from_id_salt("material").selected_text(text);
         let shown = combo.show_ui(ui, |ui| {
             let choices = MATERIALS.iter().filter(fits);
@@ -324,7 +325,7 @@ fn springs(ui: &mut Ui, session: &mut Session) -> Option<Rect> {
         0 < model.bends().count() + model.volumes().count()
     });
     if resists_more {
-        let text = "of springs only: bends and cells keep what the material gives them";
+        let text = "springs only: bends and cells keep the values of the material";
         ui.label(RichText::new(text).small().color(theme::FAINT));
     }
     if let Some(scale) = shown.rest_scale
@@ -379,9 +380,8 @@ fn laws(ui: &mut Ui, session: &mut Session, friction: Friction) {
         if ui.selectable_label(coulomb, "Coulomb").on_hover_text(hover).clicked() {
             session.edit(MaterialEdit::Friction(Friction::Coulomb(value)));
         }
-        let hover =
-            "This part of the tangential speed in each contact substep: depends on the step";
-        if ui.selectable_label(!coulomb, "Loss").on_hover_text(hover).clicked() {
+        let hover = "Share of the tangential speed lost per contact substep: depends on the step";
+        if ui.selectable_label(!coulomb, "Tangential loss").on_hover_text(hover).clicked() {
             session.edit(MaterialEdit::Friction(Friction::TangentialLoss(value.min(1.0))));
         }
     });

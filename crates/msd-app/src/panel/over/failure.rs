@@ -19,7 +19,7 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
         frame.show(ui, |ui| {
             ui.set_width(width);
             let adaptive = viewer.session.runner().integrator().is_adaptive();
-            let what = if adaptive { "cannot go on" } else { "blew up" };
+            let what = if adaptive { "cannot continue" } else { "blew up" };
             ui.label(RichText::new(format!("The simulation {what} and is paused")).strong());
             ui.label(RichText::new(failure.text).color(theme::TEXT));
             if !adaptive {
@@ -34,13 +34,12 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
 fn limit(ui: &mut Ui, session: &Session) {
     let substep = quantity(session.runner().settings().substep(), "s");
     let (text, colour) = solver::light(session);
-    let between = if text.starts_with("is ") { " " } else { ": " };
     let marked = if session.fastest_springs().is_empty() {
         ""
     } else {
-        ". The springs that move fastest are marked."
+        ". The fastest springs are highlighted."
     };
-    let text = format!("The substep of {substep}{between}{text}{marked}");
+    let text = format!("Substep {substep}: {text}{marked}");
     ui.label(RichText::new(text).color(colour));
 }
 
@@ -60,10 +59,10 @@ fn offers(ui: &mut Ui, viewer: &mut Viewer) {
     if let Some(offer) = chosen {
         viewer.take(offer);
     } else if viewer.session.is_searching() {
-        ui.label(RichText::new("trying what helps…").color(theme::FAINT));
+        ui.label(RichText::new("trying recovery options…").color(theme::FAINT));
     } else if offers.is_empty() {
-        let text = "Nothing that was tried helps: look for a force, a speed or a stiffness too \
-                    large, or open a scene again";
+        let text = "No recovery option found: check for a force, a speed or a stiffness that is \
+                    too large, or open a scene again";
         ui.label(RichText::new(text).color(theme::FAINT));
     }
 }
@@ -79,10 +78,10 @@ fn title(session: &Session, offer: &Offer) -> String {
             let more = if more { format!(", {substeps} substeps") } else { String::new() };
             method.name().to_owned() + &more
         }
-        Remedy::SceneValues => "The scene's own values".to_owned(),
+        Remedy::SceneValues => "Reset to the scene's values".to_owned(),
     };
     let price = offer.cost.filter(|_| offer.remedy != Remedy::Back).map(price);
-    what + &price.unwrap_or_default() + if offer.is_tried { "" } else { " (predicted)" }
+    what + &price.unwrap_or_default() + if offer.is_tried { "" } else { ", predicted" }
 }
 
 /// Formats the cost of an option, seconds of work per simulated second: an absolute one, as there
@@ -90,24 +89,24 @@ fn title(session: &Session, offer: &Offer) -> String {
 fn price(cost: f64) -> String {
     let share = rounded(100.0 * cost, 2);
     let late = if cost <= 1.0 { "" } else { ": slower than real time" };
-    format!(", takes {share} % of real time{late}")
+    format!(" ({share} % of real time{late})")
 }
 
 /// Explains an option, and whether it was tried.
 fn explanation(offer: &Offer) -> String {
     let what = match offer.remedy {
-        Remedy::Back => "An earlier state, and the settings of now",
-        Remedy::Substeps(_) => "The method of now with more substeps per step",
-        Remedy::Tolerance(_) => "The method of now with a tolerance that it can keep",
-        Remedy::Method(..) => "Another method, with the substeps that it needs",
-        Remedy::SceneValues => "Solver, material and world as the scene has them",
+        Remedy::Back => "Earlier state, current settings",
+        Remedy::Substeps(_) => "Current method, more substeps",
+        Remedy::Tolerance(_) => "Current method, achievable tolerance",
+        Remedy::Method(..) => "Another method, with the substeps it needs",
+        Remedy::SceneValues => "Solver, material and world of the scene",
     };
     let from = match offer.origin {
-        Origin::Start | Origin::Scene => "starts again",
-        Origin::Here | Origin::Earlier => "goes on",
+        Origin::Start | Origin::Scene => "restarts",
+        Origin::Here | Origin::Earlier => "resumes",
     };
     let sure = if offer.is_tried {
-        format!("A copy of the run lasted for {} with it.", quantity(LASTING, "s"))
+        format!("A trial of {} was stable.", quantity(LASTING, "s"))
     } else {
         "Predicted to be stable; a trial took too long.".to_owned()
     };
@@ -120,7 +119,7 @@ mod tests {
 
     #[test]
     fn a_price_names_what_it_is_a_part_of_and_what_is_too_slow_says_so() {
-        assert_eq!(price(0.13), ", takes 13 % of real time");
-        assert_eq!(price(1.8), ", takes 180 % of real time: slower than real time");
+        assert_eq!(price(0.13), " (13 % of real time)");
+        assert_eq!(price(1.8), " (180 % of real time: slower than real time)");
     }
 }

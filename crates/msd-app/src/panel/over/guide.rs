@@ -24,11 +24,11 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
             ui.set_width(WIDTH.min(viewer.layout.rect.width() - 50.0));
             let count = GuideStep::ALL.len();
             let (title, text, button) = match guide.text() {
-                Some(text) => (format!("{} of {count}", guide.done() + 1), text, "Skip the guide"),
+                Some(text) => (format!("{} of {count}", guide.done() + 1), text, "Skip the tour"),
                 None => {
                     let text = "That is the trade-off: a longer step is cheaper and less accurate, \
                                 until it blows up. Help (F1) lists the controls.";
-                    ("Done".to_owned(), text, "Close the guide")
+                    ("Done".to_owned(), text, "Close the tour")
                 }
             };
             ui.label(RichText::new(title).small().color(theme::FAINT));

@@ -41,7 +41,7 @@ pub(super) fn legend(ui: &mut Ui, study: &Study) {
                 ui.label(RichText::new(method.name()).small().color(colour(method)));
             }
         }
-        ui.label(RichText::new("hollow f32, full f64").small().color(theme::FAINT));
+        ui.label(RichText::new("open = f32, filled = f64").small().color(theme::FAINT));
     });
 }
 
@@ -51,7 +51,7 @@ pub(super) fn show(ui: &mut Ui, study: Option<&Study>, now: Option<Choice>) {
     let names: Vec<String> = trials.iter().map(told).collect();
     let hover = |position: &HoverPosition<'_>| match position {
         HoverPosition::NearDataPoint { plot_name, position, .. } => Some(format!(
-            "{plot_name}\n{} off, {} per frame",
+            "{plot_name}\nerror {}, {} per frame",
             estimate(10f64.powf(position.y), "m"),
             estimate(1e-3 * 10f64.powf(position.x), "s")
         )),
@@ -63,7 +63,7 @@ pub(super) fn show(ui: &mut Ui, study: Option<&Study>, now: Option<Choice>) {
         .y_grid_spacer(decades)
         .custom_x_axes(vec![
             axis(AxisHints::new_x(), |value| rounded(value, 1))
-                .label(format!("{} per frame, ms", CpuClock::MEASURES)),
+                .label(format!("{} per frame (ms)", CpuClock::MEASURES)),
         ])
         .custom_y_axes(vec![
             axis(AxisHints::new_y(), |value| estimate(value, "m"))
@@ -75,12 +75,12 @@ pub(super) fn show(ui: &mut Ui, study: Option<&Study>, now: Option<Choice>) {
         let Some(study) = study else { return };
         let least = study.reference.uncertainty;
         if 0.0 < least && trials.iter().any(|trial| trial.error() < 30.0 * least) {
-            let line = HLine::new("what the reference is known to", least.log10());
+            let line = HLine::new("uncertainty of the reference", least.log10());
             plot.hline(line.color(theme::LINE).style(LineStyle::dashed_loose()));
         }
         let at = |trial| place(trial, least);
         let front = study.front().into_iter().map(|row| at(&trials[row]));
-        let line = Line::new("the best", front.collect::<Vec<_>>());
+        let line = Line::new("Pareto front", front.collect::<Vec<_>>());
         plot.line(line.color(theme::FAINT).width(1.5).allow_hover(false));
         for (trial, name) in trials.iter().zip(&names) {
             if trial.errors.is_none() {
@@ -92,7 +92,7 @@ pub(super) fn show(ui: &mut Ui, study: Option<&Study>, now: Option<Choice>) {
         }
         let now = now.and_then(|now| trials.iter().find(|trial| trial.choice == now));
         if let Some(trial) = now.filter(|trial| trial.errors.is_some()) {
-            let ring = Points::new(format!("now: {}", told(trial)), vec![at(trial)]);
+            let ring = Points::new(format!("current: {}", told(trial)), vec![at(trial)]);
             let ring = ring.shape(MarkerShape::Circle).filled(false).radius(8.0);
             plot.points(ring.color(Color32::WHITE));
         }

@@ -30,9 +30,9 @@ const LOOK: f64 = 0.2;
 /// Shows the button that opens the panel.
 pub(super) fn switch(ui: &mut Ui, viewer: &mut Viewer) {
     let mut on = viewer.session.trade().is_on();
-    let button = Button::new("Trade: error against cost").selected(on);
-    let hover = "Measures what accuracy costs for this scene, in the background, and lets you \
-                 choose by it";
+    let button = Button::new("Accuracy vs. cost").selected(on);
+    let hover = "Measures accuracy against cost for this scene, in the background; choose a \
+                 setting from the result";
     let button = ui.add(button).on_hover_text(hover);
     viewer.layout.landmarks.insert("trade", button.rect);
     if button.clicked() {
@@ -94,7 +94,7 @@ fn column(ui: &mut Ui, name: &str, width: f32, contents: impl FnOnce(&mut Ui)) {
 
 /// Shows the subject of the study, and the ways to choose.
 fn choices(ui: &mut Ui, viewer: &mut Viewer, report: Option<&Report<Study>>) {
-    heading(ui, "Trade");
+    heading(ui, "Trade-off");
     let Viewer { session, layout: Layout { landmarks, .. }, .. } = viewer;
     landmarks.insert("rest", origin(ui, session));
     let progress = progress(session, report);
@@ -114,7 +114,7 @@ fn choices(ui: &mut Ui, viewer: &mut Viewer, report: Option<&Report<Study>>) {
         small(ui, &format!("changed: {text}"), theme::WARN);
     }
     if let Some(why) = session.fault_of_adopted() {
-        small(ui, &format!("not sound from the state that it was taken in: {why}"), theme::BAD);
+        small(ui, &format!("unstable from the state in which it was chosen: {why}"), theme::BAD);
     }
     // Below the controls, which must not move with the number of lines.
     small(ui, &progress, theme::FAINT);
@@ -135,23 +135,26 @@ fn small(ui: &mut Ui, text: &str, colour: egui::Color32) {
 fn origin(ui: &mut Ui, session: &mut Session) -> Rect {
     let row = ui.horizontal(|ui| {
         let from = session.trade().from();
-        let hover = "Studies the scene from its first state, with material, world, pins and cuts \
-                     as they are now";
+        let hover = "Study the scene from its initial state, with the current material, world, \
+                     pins and cuts";
         if ui
-            .selectable_label(from == StudyFrom::Start, "from the start")
+            .selectable_label(from == StudyFrom::Start, "from start")
             .on_hover_text(hover)
             .clicked()
         {
             session.study_from(StudyFrom::Start);
         }
-        let hover = "Studies it anew from the state of this moment";
+        let hover = "Re-run the study from the current state";
         if ui.selectable_label(from == StudyFrom::Here, "from here").on_hover_text(hover).clicked()
         {
             session.study_from(StudyFrom::Here);
         }
         let is_paused = session.trade().is_paused();
-        let text = if is_paused { "Go on" } else { "Rest" };
+        // Another name than that of the button that pauses the run.
+        let (text, name) =
+            if is_paused { ("Resume", "Resume the study") } else { ("Pause", "Pause the study") };
         let button = ui.add(Button::new(text).small()).on_hover_text(STUDY_MANNERS);
+        ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(name));
         if button.clicked() {
             session.set_study_paused(!is_paused);
         }
@@ -163,7 +166,7 @@ fn origin(ui: &mut Ui, session: &mut Session) -> Rect {
 /// Describes the progress of the study.
 fn progress(session: &Session, report: Option<&Report<Study>>) -> String {
     let trade = session.trade();
-    let Some(report) = report else { return "waiting until the scene is left alone…".into() };
+    let Some(report) = report else { return "waiting until you stop editing…".into() };
     let span = format!(
         "{} s from t = {} s",
         rounded(STUDY_DURATION, 2),
@@ -175,11 +178,11 @@ fn progress(session: &Session, report: Option<&Report<Study>>) -> String {
     let points = report.found.as_ref().map_or(0, |study| study.trials.len());
     match &report.progress {
         _ if report.idle => format!("{span}: done, {points} settings measured"),
-        _ if trade.is_paused() => format!("{span}: resting, {points} settings measured"),
+        _ if trade.is_paused() => format!("{span}: paused, {points} settings measured"),
         Some(progress) => {
             format!("{span}: {points} settings measured, {}", progress.words())
         }
-        None => format!("{span}: beginning"),
+        None => format!("{span}: starting"),
     }
 }
 
@@ -195,7 +198,7 @@ fn along_the_front(
     let name = ui.label("fast – accurate");
     ui.spacing_mut().slider_width = ui.available_width() - 8.0;
     let widget = Slider::new(&mut place, 0..=last).show_value(false);
-    let hover = "Walks along the best of what was measured: method, substeps and precision follow";
+    let hover = "Moves along the Pareto front: sets method, substeps and precision";
     let response = ui.add(widget).labelled_by(name.id).on_hover_text(hover);
     let chosen = study.trials[front[place]].choice;
     // A setting off the front is shown at a nearby place, and the user may want the one there.
@@ -234,10 +237,10 @@ fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> (Rect, Option<Re
             // Esc restores the value of the field.
             let widget = widget.update_while_editing(false);
             let hover = [
-                "Searches for the cheapest setting within this error, as msd tune does, tries it \
-                 from the state of now, and takes it",
-                "Searches for the most accurate setting that takes at most this time per frame, \
-                 as msd tune does, tries it from now on, and takes it",
+                "Finds the cheapest setting below this error, like msd tune, tries it from the \
+                 current state, and applies it",
+                "Finds the most accurate setting within this time per frame, like msd tune, \
+                 tries it from the current state, and applies it",
             ][row];
             let response = ui.add(widget).labelled_by(name.id).on_hover_text(hover);
             places[row] = response.rect;
@@ -251,7 +254,7 @@ fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> (Rect, Option<Re
             }
         }
         if session.searched().is_some_and(Search::is_busy) {
-            let hover = "Ends the search; nothing is changed";
+            let hover = "Stops the search without a change";
             let button = ui.add(Button::new("Stop").small()).on_hover_text(hover);
             stop = Some(button.rect);
             if button.clicked() {
@@ -269,16 +272,15 @@ fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> (Rect, Option<Re
 /// Compares the current setting with the measurements.
 fn present(session: &Session, study: &Study) -> String {
     let Some(now) = choice_of(session.runner()) else {
-        return "now: not comparable, as steps or Newton iterations are others than measured"
-            .into();
+        return "current setting not comparable: different step or Newton iterations".into();
     };
     let Some(trial) = study.trials.iter().find(|trial| trial.choice == now) else {
-        return format!("now: {now}: being measured{}", theme::VOID);
+        return format!("current: {now}: being measured{}", theme::VOID);
     };
     match &trial.diverged {
-        Some(why) => format!("now: {now}: {why}"),
+        Some(why) => format!("current: {now}: {why}"),
         None => format!(
-            "now: {}: {}, {} per frame",
+            "current: {}: {}, {} per frame",
             told(trial),
             off(study, trial),
             estimate(trial.cost * FRAME, "s")
@@ -291,7 +293,7 @@ fn caveats(study: &Study) -> Vec<String> {
     let mut lines = Vec::new();
     let until = study.reference.reliable_until;
     if until < study.duration - 1e-9 {
-        let text = "particles are compared up to {} s only: what follows is chaotic";
+        let text = "particles are compared up to {} s only: chaotic after that";
         lines.push(text.replace("{}", &rounded(until, 2)));
     }
     lines.extend(sources(study));

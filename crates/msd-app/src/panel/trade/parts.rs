@@ -11,7 +11,7 @@ use msd_study::terms::TermRow;
 
 /// Shows the terms, each with a switch, its effect and its cost.
 pub(super) fn show(ui: &mut Ui, session: &mut Session) {
-    heading(ui, "What matters here");
+    heading(ui, "Model terms");
     session.look_at_parts();
     ui.spacing_mut().item_spacing.y = 2.0;
     let report = session.terms();
@@ -37,7 +37,7 @@ pub(super) fn show(ui: &mut Ui, session: &mut Session) {
         small(ui, &format!("{EACH_SPRING}: {price}"), theme::TEXT);
     }
     if let Some(former) = &former {
-        small(ui, &format!("the prices are of {}", former.of), theme::WARN);
+        small(ui, &format!("costs of the previous solver, {}", former.of), theme::WARN);
     }
     if now.is_none() {
         small(ui, &waiting(session, report.as_ref()), theme::FAINT);
@@ -46,11 +46,11 @@ pub(super) fn show(ui: &mut Ui, session: &mut Session) {
 
 /// The term without a switch.
 const EACH_SPRING: &str = "values of each spring";
-const OFF_AND_ON: &str = "Off, or as the scene and the sliders have it, while it runs. Springs \
-    that are off stay in the run without stiffness and damping: the time is saved by a scene that \
-    leaves them out";
-const PRICE: &str = "Without it, after the time that is studied: how far the particles are from \
-    where they would be, root mean square, and how much less, or more, time a step takes";
+const OFF_AND_ON: &str = "Switch the term off, or on with the values of scene and sliders. \
+                          Switched-off springs stay in the run without stiffness and damping; to \
+                          save their time, leave them out of the scene";
+const PRICE: &str = "Without it, after the studied time: deviation of the particles, root mean \
+                     square, and change of the time per step";
 const PRECISION: &str = "Double precision, f64, or single, f32";
 
 /// Shows a switch with the cost beside it; returns whether it was clicked.
@@ -70,9 +70,9 @@ fn switch(ui: &mut Ui, name: &str, is_on: bool, (hover, price): (&str, Option<St
 /// Explains why there are no costs yet.
 fn waiting(session: &Session, report: Option<&Report<Vec<TermRow>>>) -> String {
     match report {
-        Some(Report { failure: Some(failure), .. }) => format!("no prices: {failure}"),
-        _ if session.trade().is_paused() => "resting".into(),
-        _ => "prices come after the first points, switching off one part at a time…".into(),
+        Some(Report { failure: Some(failure), .. }) => format!("no costs: {failure}"),
+        _ if session.trade().is_paused() => "paused".into(),
+        _ => "waiting for the first points, then switching off one term at a time…".into(),
     }
 }
 
@@ -90,7 +90,7 @@ fn worth(row: &TermRow) -> String {
     // Costs repeat to within one or two percent.
     let cost = match cost {
         cost if cost.abs() < 2.0 => "no time".to_owned(),
-        cost if cost < 0.0 => format!("it saves {:.0} %", -cost),
+        cost if cost < 0.0 => format!("saves {:.0} %", -cost),
         cost => format!("{cost:.0} % of the time"),
     };
     format!("{change}; {cost}")
@@ -112,7 +112,7 @@ mod tests {
         };
         assert_eq!(worth(&row(Some(0.02), Some(38.7))), "20 mm (1 %); 39 % of the time");
         assert_eq!(worth(&row(Some(0.0), Some(-1.0))), "nothing; no time");
-        assert_eq!(worth(&row(Some(0.02), Some(-20.0))), "20 mm (1 %); it saves 20 %");
+        assert_eq!(worth(&row(Some(0.02), Some(-20.0))), "20 mm (1 %); saves 20 %");
         assert_eq!(worth(&row(None, None)), "without it the run fails");
     }
 }

@@ -30,7 +30,7 @@ impl TouchEdit {
     pub fn words(self) -> &'static str {
         match self {
             TouchEdit::On(_) => "touching",
-            TouchEdit::Thickness(_) => "thickness of contact",
+            TouchEdit::Thickness(_) => "contact thickness",
             TouchEdit::Friction(_) => "friction between bodies",
             TouchEdit::Restitution(_) => "restitution between bodies",
             TouchEdit::FrictionWith(..) => "friction between two bodies",

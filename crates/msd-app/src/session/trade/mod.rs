@@ -309,7 +309,7 @@ impl Session {
     /// A choice is for frames of 1/60 s; for a step of another length, the substeps are at most as
     /// long. A trial from the current state runs in the background.
     pub fn adopt(&mut self, choice: Choice) {
-        self.adopt_as(choice, "the trade's setting", false);
+        self.adopt_as(choice, "chosen setting", false);
     }
 
     /// Does the same, with a name for undo, and whether a trial from the current state was made.
@@ -350,5 +350,5 @@ fn changes(before: (Settings, Precision), after: (Settings, Precision)) -> Strin
     if old.precision != new.precision {
         changes.push(format!("{} to {}", old.precision, new.precision));
     }
-    if changes.is_empty() { "nothing had to be changed".into() } else { changes.join(", ") }
+    if changes.is_empty() { "nothing".into() } else { changes.join(", ") }
 }

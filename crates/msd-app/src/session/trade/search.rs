@@ -43,33 +43,33 @@ impl Search {
     /// Describes its progress or its result.
     pub fn words(&self) -> String {
         let wish = match self.goal {
-            Goal::MaxError(error) => format!("within {}", estimate(error, "m")),
-            Goal::Budget(budget) => format!("within {} per frame", estimate(budget, "s")),
+            Goal::MaxError(error) => format!("error below {}", estimate(error, "m")),
+            Goal::Budget(budget) => format!("time per frame below {}", estimate(budget, "s")),
         };
         let Some(report) = self.worker.as_ref().map(Worker::report) else {
-            return format!("searching {wish}: waiting until the scene is left alone…");
+            return format!("searching for {wish}: waiting until you stop editing…");
         };
         let retrial = self.retrial.as_ref().map(Worker::report);
         let elsewhere = retrial.as_ref().and_then(|retrial| retrial.found.as_deref());
         if let Some(why) = report.failure {
-            return format!("{wish}: cannot be searched: {why}");
+            return format!("{wish}: the search failed: {why}");
         }
         match (&report.found, retrial.as_ref().and_then(|retrial| retrial.failure.as_ref())) {
-            (_, Some(why)) => format!("{wish}: cannot be tried from the state of now: {why}"),
+            (_, Some(why)) => format!("{wish}: cannot be tried from the current state: {why}"),
             (Some(tuned), None) if !tuned.met => nearest_words(&wish, tuned),
             (Some(tuned), None) => match elsewhere {
                 Some(elsewhere) => found_words(&wish, tuned, elsewhere),
                 None => {
                     let now = retrial.and_then(|retrial| retrial.progress);
                     let now = now.map_or(String::new(), |progress| progress.now);
-                    format!("searching {wish}: found {}; {now}…", tuned.best.trial.choice)
+                    format!("searching for {wish}: found {}; {now}…", tuned.best.trial.choice)
                 }
             },
             (None, None) => match &report.progress {
                 Some(progress) => {
-                    format!("searching {wish}: {} tried, {}…", progress.done, progress.words())
+                    format!("searching for {wish}: {} tried, {}…", progress.done, progress.words())
                 }
-                None => format!("searching {wish}…"),
+                None => format!("searching for {wish}…"),
             },
         }
     }
@@ -96,7 +96,7 @@ enum Next {
 fn nearest_words(wish: &str, tuned: &Tuned) -> String {
     let Found { trial, .. } = &tuned.best;
     format!(
-        "{wish}: {}, nothing was changed; the nearest is {}: {} off, {} per frame; {} tried",
+        "{wish}: {}, nothing was changed; nearest: {}, error {}, {} per frame; {} tried",
         tuned.verdict(),
         trial.choice,
         estimate(trial.error(), "m"),
@@ -110,22 +110,21 @@ fn found_words(wish: &str, tuned: &Tuned, elsewhere: &Elsewhere) -> String {
     let refused = refused.map(|(choice, why)| format!("{choice}: {why}")).collect::<Vec<_>>();
     let Some(trial) = &elsewhere.held else {
         return format!(
-            "{wish}: nothing was changed: what meets it in the study does not from the state of \
-             now. {}",
+            "{wish}: nothing was changed: no setting tried meets it from the current state. {}",
             refused.join("; ")
         );
     };
     let mut words = format!(
-        "{wish}: found {}: {} off from the state of now; {} tried",
+        "{wish}: found {}: error {} from the current state; {} tried",
         trial.choice,
         estimate(trial.error(), "m"),
         tuned.tried
     );
     if tuned.is_cut_short {
-        words += " before the time was over: another may be better";
+        words += " (timed out: a better one may exist)";
     }
     if !refused.is_empty() {
-        words += &format!("; passed over from that state: {}", refused.join("; "));
+        words += &format!("; rejected after a trial: {}", refused.join("; "));
     }
     words
 }
@@ -195,7 +194,7 @@ impl Session {
         if let Next::Take(elsewhere) = next
             && let Some(trial) = &elsewhere.held
         {
-            self.adopt_as(trial.choice, "the search's setting", true);
+            self.adopt_as(trial.choice, "found setting", true);
         }
         let left = self.run.runner().solver();
         if let Some(search) = &mut self.trade.search {

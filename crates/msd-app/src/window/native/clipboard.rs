@@ -33,7 +33,7 @@ impl Clipboard {
             let OutputCommand::CopyText(text) = command else { continue };
             let set = clipboard.as_mut().map_err(|why| why.clone());
             set.and_then(|clipboard| clipboard.set_text(text).map_err(|error| error.to_string()))
-                .map_err(|why| format!("nothing was copied: {why}"))?;
+                .map_err(|why| format!("copying failed: {why}"))?;
         }
         Ok(())
     }
@@ -76,6 +76,6 @@ mod tests {
         let mut clipboard = Clipboard { text, held: ModifiersState::empty() };
         assert_eq!(clipboard.copy(&[]), Ok(()));
         let why = clipboard.copy(&[OutputCommand::CopyText("a link".into())]);
-        assert_eq!(why, Err("nothing was copied: there is no clipboard".into()));
+        assert_eq!(why, Err("copying failed: there is no clipboard".into()));
     }
 }

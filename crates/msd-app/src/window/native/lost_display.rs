@@ -28,7 +28,7 @@ impl Drop for Keeper {
         // A second fault here cannot be reported.
         let keep = || shell.try_borrow_mut().ok().map(|mut shell| shell.leave());
         if let Ok(Some(kept)) = catch_unwind(AssertUnwindSafe(keep)) {
-            tell(&format!("the display went away; {kept}"));
+            tell(&format!("the display was lost; {kept}"));
         }
     }
 }
@@ -55,7 +55,7 @@ pub(super) fn watch(shell: &Rc<RefCell<Shell>>) {
             return hook(panic);
         }
         let display = std::env::var("DISPLAY").unwrap_or_default();
-        tell(&format!("the connection to display {display} is broken"));
+        tell(&format!("the connection to display {display} was lost"));
         // During a frame, the program exits at its end, see [`Lent`].
         let is_idle =
             |keeper: &Keeper| keeper.0.borrow().as_ref().is_none_or(|it| it.try_borrow().is_ok());

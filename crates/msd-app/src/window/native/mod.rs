@@ -81,7 +81,7 @@ fn run(mut viewer: Viewer, status: Option<&Path>) -> Result<(), Missing> {
         (None, Ok(())) => Ok(()),
         (None, Err(error)) if shell.window.is_some() => {
             let kept = shell.leave();
-            Err(Missing::Device(format!("the display went away ({error}); {kept}")))
+            Err(Missing::Device(format!("the display was lost ({error}); {kept}")))
         }
         (None, Err(error)) => Err(Missing::Window(error.to_string())),
     }

@@ -51,7 +51,7 @@ impl Host for Page {
     fn take_device(&mut self, device: &wgpu::Device) {
         watch_device(device);
         if std::mem::take(&mut self.is_lost) {
-            let text = "The graphics device was lost; the scene is drawn again, from where it was.";
+            let text = "The graphics device was lost; rendering resumed, the run is unchanged.";
             tell("line", text);
         }
     }
@@ -109,7 +109,7 @@ impl Shell {
             return;
         }
         (self.host.is_lost, self.host.rehearsed) = (true, Some(0));
-        tell("line", "The graphics device was lost; the scene waits for another.");
+        tell("line", "The graphics device was lost; waiting for another.");
         // The textures of the panels are lost too, and a context uploads them only once.
         let context = panel_context(self.context.zoom_factor());
         let memory = self.context.memory(Clone::clone);

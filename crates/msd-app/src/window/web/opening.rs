@@ -64,5 +64,5 @@ fn packed(loaded: &Loaded) -> Result<Vec<u8>, String> {
 
 /// Decodes the scene that a worker has opened.
 pub(super) fn unpacked(rows: &[u8]) -> Result<Loaded, String> {
-    postcard::from_bytes(rows).map_err(|_| "the page and its worker are of two versions".into())
+    postcard::from_bytes(rows).map_err(|_| "the page and its worker have different versions".into())
 }

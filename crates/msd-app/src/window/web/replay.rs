@@ -19,7 +19,7 @@ pub fn replayed(name: &str, bytes: &[u8]) -> Result<Vec<u8>, String> {
     while replay.advance().map_err(why)? {}
     let end = replay.runner();
     if recording.hash().is_some_and(|hash| hash != state_hash(&end.state())) {
-        return Err(format!("{name}: it ends in other bits than were recorded"));
+        return Err(format!("{name}: the last state differs from the recorded one"));
     }
     let start = &recording.start;
     saved_bytes(&end.to_loaded(&start.name, &start.title)).map_err(|error| error.to_string())

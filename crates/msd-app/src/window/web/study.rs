@@ -34,7 +34,7 @@ impl BackgroundWork {
             SoundnessTask::NAME => drive::<SoundnessTask>(task),
             _ => None,
         };
-        let drive = drive.ok_or("the page and its worker are of two versions")?;
+        let drive = drive.ok_or("the page and its worker have different versions")?;
         let in_pieces = kind == StudyTask::NAME;
         Ok(BackgroundWork { drive, in_pieces, page, wish: None, paused: false })
     }

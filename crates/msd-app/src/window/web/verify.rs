@@ -30,9 +30,9 @@ impl Verifier {
         let wrong = self.verification.wrong();
         match (self.verification.is_done(), wrong) {
             (false, _) => format!("{done} of {all} runs verified"),
-            (true, []) => format!("all {all} runs end in the bits that are kept"),
+            (true, []) => format!("all {all} runs match the reference bits"),
             (true, _) => {
-                format!("{} of {all} runs end in other bits:\n{}", wrong.len(), wrong.join("\n"))
+                format!("{} of {all} runs do not match:\n{}", wrong.len(), wrong.join("\n"))
             }
         }
     }

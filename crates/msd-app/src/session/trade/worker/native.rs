@@ -9,8 +9,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Use of the machine by a worker, in words.
-pub const MANNERS: &str =
-    "It takes at most half of one core, at low priority; resting it takes nothing";
+pub const MANNERS: &str = "At most half a core, at low priority; nothing while paused";
 /// Largest share of one core for a worker.
 const SHARE: f64 = 0.5;
 /// Length of a slice of work, seconds: less than a frame, so that no frame waits long.

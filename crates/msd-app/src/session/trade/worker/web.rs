@@ -14,9 +14,9 @@ use wasm_bindgen::prelude::{Closure, JsValue};
 use web_sys::{MessageEvent, WorkerOptions, WorkerType};
 
 /// Use of the machine by a worker, in words.
-pub const MANNERS: &str = "It takes at most half of one core on average; it rests when the setting \
-                           at hand is measured, while a search or the prices of the parts begin \
-                           anew after a rest";
+pub const MANNERS: &str = "At most half a core on average; pauses after the measurement in \
+                           progress. After a pause, a search or the measurement of the model \
+                           terms restarts";
 
 /// A message from the worker to the page.
 #[derive(Debug, Serialize, Deserialize)]
@@ -121,7 +121,7 @@ impl Beside {
         let options = WorkerOptions::new();
         options.set_type(WorkerType::Module);
         let Ok(worker) = web_sys::Worker::new_with_options("study.js", &options) else {
-            fail(&mut report.borrow_mut(), "the browser gives the page no worker");
+            fail(&mut report.borrow_mut(), "this browser blocks web workers");
             return None;
         };
         let failed = report.clone();
