@@ -1,6 +1,15 @@
-//! Notes of graphics drivers, kept off the standard error.
+//! Graphics drivers, with their notes kept off the standard error.
 
+use msd_render::{Gpu, RenderError};
 use std::sync::{Mutex, PoisonError};
+
+/// Opens a graphics device without a window, [`quietly`].
+///
+/// # Errors
+/// See [`Gpu::headless`].
+pub fn open_gpu() -> Result<Gpu, RenderError> {
+    quietly(|| pollster::block_on(Gpu::headless()))
+}
 
 /// Runs `open`, which starts graphics drivers, without what these print on the standard error.
 ///
