@@ -56,6 +56,21 @@ def test_a_study_has_the_names_and_arrays_of_its_json():
     assert "error" in study["words"]
 
 
+def test_the_report_of_a_study_is_a_page(tmp_path):
+    study, path = msd.study(CHAIN, 0.1, time=1, fresh=True), tmp_path / "report.html"
+    try:
+        msd.report(study, path)
+    except msd.Error as error:
+        assert "this build of msd writes no reports" in str(error)
+        return
+    page = path.read_text()
+    assert page.startswith("<!DOCTYPE html>") and "Error against cost" in page
+    with pytest.raises(msd.SceneError, match="this is not a dict of msd.study: "):
+        msd.report({}, path)
+    with pytest.raises(msd.SceneError, match="no/such"):
+        msd.report(study, tmp_path / "no/such/a.html")
+
+
 def test_ctrl_c_ends_a_study():
     threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     start = time.perf_counter()
