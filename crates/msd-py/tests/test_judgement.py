@@ -4,6 +4,7 @@ import os
 import pathlib
 import pickle
 import signal
+import sys
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor
@@ -140,18 +141,69 @@ def test_processes_make_the_rows_of_a_plain_loop(tmp_path):
         assert [row["state_hash"] for row in pool.map(msd.run_cell, cells)] == expected
 
 
+def needed(module):
+    """An engine, or a loud skip."""
+    return pytest.importorskip(module, reason=f"SKIPPED {module}: pip install {module}")
+
+
 def test_joblib_makes_the_rows_of_a_plain_loop(tmp_path):
-    joblib = pytest.importorskip("joblib")
+    joblib = needed("joblib")
     cells = list(msd.sweep(write(tmp_path)))
     expected = [msd.run_cell(cell)["state_hash"] for cell in cells]
     rows = joblib.Parallel(2)(joblib.delayed(msd.run_cell)(cell) for cell in cells)
     assert [row["state_hash"] for row in rows] == expected
 
 
-def test_dask_makes_the_rows_of_a_plain_loop(tmp_path):
-    distributed = pytest.importorskip("distributed")
-    cells = list(msd.sweep(write(tmp_path)))
-    expected = {cell["hash"]: msd.run_cell(cell)["state_hash"] for cell in cells}
+GRID = f"""
+version = 1
+scene = "chain"
+duration = 0.05
+[grid]
+"bodies[0].stiffness" = {[1000 + row for row in range(1000)]}
+"""
+
+
+def thousand(folder):
+    cells = list(msd.sweep(write(folder, GRID)))
+    assert len(cells) == 1000
+    return cells, {cell["hash"]: msd.run_cell(cell)["state_hash"] for cell in cells}
+
+
+def run_or_die(cell, folder):
+    """A row; the process that first comes to cell 300 dies of it."""
+    if cell["cell"] == 300:
+        try:
+            (pathlib.Path(folder) / "died").touch(exist_ok=False)
+        except FileExistsError:
+            return msd.run_cell(cell)
+        os.kill(os.getpid(), signal.SIGKILL)
+    return msd.run_cell(cell)
+
+
+def hashes(rows):
+    return {row["hash"]: row["state_hash"] for row in rows}
+
+
+def test_dask_makes_a_thousand_rows_though_a_worker_dies(tmp_path):
+    distributed = needed("distributed")
+    cells, expected = thousand(tmp_path)
     with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=None) as client:
-        rows = client.gather(client.map(msd.run_cell, cells, pure=False))
-    assert {row["hash"]: row["state_hash"] for row in rows} == expected
+        rows = client.gather(client.map(run_or_die, cells, folder=tmp_path, pure=False))
+    assert (tmp_path / "died").exists()
+    assert len(rows) == 1000 and hashes(rows) == expected
+
+
+def test_ray_makes_a_thousand_rows_though_a_worker_dies(tmp_path, monkeypatch):
+    ray = needed("ray")
+    # Its workers cannot import the tests; and they need no token on their own machine.
+    ray.cloudpickle.register_pickle_by_value(sys.modules[__name__])
+    monkeypatch.setenv("RAY_AUTH_MODE", "disabled")
+    cells, expected = thousand(tmp_path)
+    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)
+    try:
+        run_cell = ray.remote(max_retries=3)(run_or_die)
+        rows = ray.get([run_cell.remote(cell, tmp_path) for cell in cells])
+    finally:
+        ray.shutdown()
+    assert (tmp_path / "died").exists()
+    assert len(rows) == 1000 and hashes(rows) == expected
