@@ -110,7 +110,7 @@ fn page(py: Python<'_>, study: &Bound<'_, PyAny>) -> PyResult<String> {
 
 #[cfg(not(feature = "report"))]
 fn page(py: Python<'_>, _study: &Bound<'_, PyAny>) -> PyResult<String> {
-    let todo = "pip install . -C build-args=\"--features report\"";
+    let todo = "pip install . -C maturin.build-args=\"--features report\"";
     Err(crate::errors::error(
         py,
         format!("this build of msd writes no reports; in a checkout, run {todo}"),

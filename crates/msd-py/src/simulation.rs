@@ -5,7 +5,7 @@ use crate::errors::{core_error, file_error, refused};
 use crate::options::{Count, Of, Triple, solver};
 use crate::pictures::{self, Picture};
 use crate::run::Simulation;
-use crate::run::force::Force;
+use crate::run::force::{Callable, Force, is_own};
 use crate::run::lock::{Shared, Threads};
 use crate::run::readings::{numbers, vectors_of};
 use crate::run::stepping::steps_in;
@@ -487,8 +487,7 @@ impl Simulation {
 
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         let Ok(forces) = self.forces.try_lock() else { return Ok(()) };
-        // One that copies of the run share is not that of this one: it waits for their end.
-        for force in forces.iter().filter(|force| Arc::strong_count(force) == 2) {
+        for force in forces.iter().filter(|force| is_own(force)) {
             let callable = force.try_lock();
             callable.map_or(Ok(()), |callable| visit.call(callable.as_ref()))?;
         }
@@ -496,9 +495,10 @@ impl Simulation {
     }
 
     fn __clear__(&self) {
-        self.callables().iter().for_each(|force| {
-            drop(force.lock().unwrap_or_else(PoisonError::into_inner).take());
-        });
+        let take = |force: &Callable| force.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let taken: Vec<_> = self.callables().iter().filter(|it| is_own(it)).map(take).collect();
+        // What they refer to may ask this run something as it ends: it is not locked any more.
+        drop(taken);
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -292,6 +292,24 @@ def test_a_run_and_the_force_that_refers_to_it_are_collected():
         assert seen() is None, copies
 
 
+def test_a_copy_keeps_its_force_when_the_run_is_collected():
+    run = msd.Simulation(msd.open("chain"), precision="f64")
+    run.add_force(lambda t, x, v: 0 * x + 1)
+    copy, other = run.copy(), run.copy()
+    loop = [run]
+    loop.append(loop)
+    del run, loop
+    gc.collect()
+    copy.step()
+    del other
+    gc.collect()
+    before = copy.hash()
+    copy.step()
+    plain = msd.Simulation(msd.open("chain"), precision="f64")
+    plain.step(2)
+    assert copy.hash() not in (before, plain.hash())
+
+
 def test_every_interaction_is_queued():
     scene = msd.open("cloth")
     run = msd.Simulation(scene)

@@ -11,7 +11,7 @@ use pyo3::types::PyBytes;
 use std::path::Path;
 
 fn missing(py: Python<'_>) -> PyErr {
-    let todo = "pip install . -C build-args=\"--features pictures\"";
+    let todo = "pip install . -C maturin.build-args=\"--features pictures\"";
     error(py, format!("this build of msd draws no pictures; in a checkout, run {todo}"))
 }
 

@@ -31,6 +31,11 @@ pub fn is_asked() -> bool {
 /// the garbage collector takes it from a run that only it refers to.
 pub type Callable = Arc<Mutex<Option<Py<PyAny>>>>;
 
+/// Whether one run alone has a callable, besides its force: what copies share belongs to none.
+pub fn is_own(callable: &Callable) -> bool {
+    Arc::strong_count(callable) == 2
+}
+
 /// The force of a callable.
 #[derive(Debug)]
 pub struct Force(pub Callable);
@@ -44,9 +49,11 @@ impl Force {
         forces: &mut Vectors<'_, R>,
     ) -> PyResult<f64> {
         let count = motion.particle_count();
-        let callable = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let callable = callable.as_ref().map(|callable| callable.clone_ref(py));
-        let Some(callable) = callable else { return Ok(0.0) };
+        let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let callable = kept.as_ref().map(|callable| callable.clone_ref(py));
+        drop(kept);
+        let gone = || refused(py, "the garbage collector took the force of this run");
+        let callable = callable.ok_or_else(gone)?;
         let x = arrays::vectors(py, flat::<R>(motion.positions(), count))?;
         let v = arrays::vectors(py, flat::<R>(motion.velocities(), count))?;
         let before = ASKED.replace(true);
