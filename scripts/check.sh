@@ -116,7 +116,7 @@ wasm() {
     (
         eval "$(sh scripts/wasm-toolchain.sh .toolchain)"
         RUSTFLAGS=-Dwarnings cargo check --lib -p msd -p msd-core -p msd-scene -p msd-run -p msd-study \
-            -p msd-report -p msd-render -p msd-app $WASM_CARGO_ARGS
+            -p msd-report -p msd-render -p msd-film -p msd-app $WASM_CARGO_ARGS
         RUSTFLAGS=-Ctarget-feature=+simd128 cargo build --lib -p msd-core \
             --config profile.dev.package.msd-core.opt-level=1 $WASM_CARGO_ARGS
     )
@@ -128,9 +128,10 @@ web() {
     scripts/web-test.sh
 }
 
-# The Python module: a wheel, built once, and its tests on the oldest and the newest CPython at hand.
+# The Python module: a wheel with all features, built once, and its tests on the oldest and the newest
+# CPython at hand, with the oldest and the newest numpy.
 python() {
-    local interpreters=() version wheel out
+    local interpreters=() version wheel out pip
     for version in 3.10 3.11 3.12 3.13 3.14; do
         ! "python$version" -c 'import venv, ensurepip' 2>/dev/null ||
             interpreters+=("python$version")
@@ -140,25 +141,28 @@ python() {
         [ -z "${MSD_REQUIRE_PYTHON:-}" ]
         return
     fi
-    [ ${#interpreters[@]} -eq 1 ] || interpreters=("${interpreters[0]}" "${interpreters[-1]}")
     cargo build "${features[@]}" --bin msd
     out=$(mktemp -d)
-    for version in "${interpreters[@]}"; do
-        "$version" -m venv "$out/$version"
-        "$out/$version/bin/python" -m pip install -q "maturin>=1.16,<2" numpy pytest mypy
-        if [ -z "${wheel:-}" ]; then
-            PATH="$out/$version/bin:$PATH" CARGO_TARGET_DIR=target/python \
-                maturin build --release --locked --quiet -i "$version" -o "$out"
-            wheel=$(echo "$out"/*.whl)
-            CARGO_TARGET_DIR=target/python cargo clippy --release --locked --features abi3 \
-                --manifest-path crates/msd-py/Cargo.toml -- -D warnings
-        fi
-        "$out/$version/bin/python" -m pip install -q "$wheel"
-        MSD=$PWD/target/debug/msd "$out/$version/bin/python" -m pytest -q -p no:cacheprovider \
-            crates/msd-py/tests
-        "$out/$version/bin/python" -m mypy --strict examples/python
-        "$out/$version/bin/python" examples/python/pull_test.py >/dev/null
+    "${interpreters[-1]}" -m venv "$out/newest"
+    pip="$out/newest/bin/python -m pip install -q"
+    $pip "maturin>=1.16,<2" numpy pytest mypy matplotlib joblib distributed
+    $pip ray || echo "check: SKIPPED ray (it cannot be installed for ${interpreters[-1]})"
+    PATH="$out/newest/bin:$PATH" CARGO_TARGET_DIR=target/python maturin build --release --locked \
+        --quiet --features abi3,pictures,report -i "${interpreters[-1]}" -o "$out"
+    wheel=$(echo "$out"/*.whl)
+    for version in abi3 abi3,pictures,report; do
+        CARGO_TARGET_DIR=target/python cargo clippy --release --locked --features "$version" \
+            --manifest-path crates/msd-py/Cargo.toml -- -D warnings
     done
+    "${interpreters[0]}" -m venv "$out/oldest"
+    "$out/oldest/bin/python" -m pip install -q pytest "numpy==1.24.*; python_version < '3.12'" numpy
+    for version in oldest newest; do
+        "$out/$version/bin/python" -m pip install -q "$wheel"
+        MSD=$PWD/target/debug/msd "$out/$version/bin/python" -m pytest -q -rs -p no:cacheprovider \
+            crates/msd-py/tests
+    done
+    "$out/newest/bin/python" -m mypy --strict examples/python
+    "$out/newest/bin/python" examples/python/pull_test.py >/dev/null
     rm -r "$out"
 }
 

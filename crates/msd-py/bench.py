@@ -54,3 +54,9 @@ force = (best(forced.step, 30) - best(plain.step, 30)) / 16
 print(f"| a callable force, per evaluation of 961 particles | {1e6 * force:.1f} µs |")
 rate = len(scene.springs) * 16 / best(plain.step, 100)
 print(f"| cloth, symplectic Euler, f32 | {rate / 1e9:.2f} G springs/s |")
+
+try:
+    forced.picture()
+    print(f"| a second picture of 640 x 480 | {1e3 * best(forced.picture, 1):.0f} ms |")
+except msd.Error as error:
+    print(f"SKIPPED pictures: {error}")

@@ -10,10 +10,6 @@
 
 pub mod link;
 #[cfg(all(feature = "window", not(target_arch = "wasm32")))]
-pub mod drivers;
-#[cfg(all(feature = "window", not(target_arch = "wasm32")))]
-pub mod film;
-#[cfg(all(feature = "window", not(target_arch = "wasm32")))]
 mod background;
 #[cfg(feature = "window")]
 pub mod session;

@@ -1,9 +1,8 @@
 //! Conversion of numpy arrays: checked reads, and arrays from columns.
 
 use crate::errors::refused;
-use numpy::{
-    Element, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
-};
+use numpy::ndarray::Array2;
+use numpy::{Element, PyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -163,6 +162,7 @@ pub fn room<T>(what: &str, count: Option<usize>) -> PyResult<Vec<T>> {
 
 /// Returns an array of (n, 3) from consecutive rows.
 pub fn vectors<T: Element>(py: Python<'_>, numbers: Vec<T>) -> PyResult<Bound<'_, PyArray2<T>>> {
-    let count = numbers.len() / 3;
-    PyArray1::from_vec(py, numbers).reshape([count, 3])
+    // Quicker than an array of numpy that is reshaped.
+    let array = Array2::from_shape_vec([numbers.len() / 3, 3], numbers);
+    Ok(PyArray2::from_owned_array(py, array.map_err(|error| refused(py, error))?))
 }

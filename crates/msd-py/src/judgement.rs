@@ -1,70 +1,15 @@
 //! Tuning, studies and inspection of a scene.
 
-use crate::errors::{core_error, error, refused};
+use crate::caller::Caller;
+use crate::errors::{core_error, file_error, refused};
 use crate::scene::Scene;
 use crate::values::from_serde;
 use msd_scene::set_keys;
 use msd_study::conduct::Plan;
 use msd_study::inspection::InspectReport;
-use msd_study::monitor::{Halt, Monitor, Progress};
 use msd_study::tune::{Goal, TuneReport};
 use pyo3::prelude::*;
-use std::time::{Duration, Instant};
-
-/// How often Python may interrupt what takes long.
-const TURN: Duration = Duration::from_millis(40);
-
-/// A monitor that passes progress on to a callable, and cancels at Ctrl-C or where that raises.
-pub struct Caller<'a> {
-    callable: Option<&'a Py<PyAny>>,
-    raised: Option<PyErr>,
-    looked: Instant,
-}
-
-impl<'a> Caller<'a> {
-    pub fn new(callable: Option<&'a Py<PyAny>>) -> Self {
-        Caller { callable, raised: None, looked: Instant::now() }
-    }
-
-    /// Whether to go on: no signal came, and nothing was raised.
-    pub fn may_go_on(&mut self) -> bool {
-        if self.raised.is_none() && TURN < self.looked.elapsed() {
-            self.looked = Instant::now();
-            self.raised = Python::attach(|py| py.check_signals()).err();
-        }
-        self.raised.is_none()
-    }
-
-    /// What was raised.
-    pub fn raised(self) -> Option<PyErr> {
-        self.raised
-    }
-
-    /// What came of the work.
-    pub fn outcome<T>(&mut self, py: Python<'_>, done: Result<T, Halt>) -> PyResult<T> {
-        match (self.raised.take(), done) {
-            (Some(raised), _) => Err(raised),
-            (None, Ok(done)) => Ok(done),
-            (None, Err(Halt::Refused(error))) => Err(core_error(py, error)),
-            (None, Err(Halt::Cancelled | Halt::Deadline)) => {
-                Err(error(py, "it ended before anything was tried; give it more time"))
-            }
-        }
-    }
-}
-
-impl Monitor for Caller<'_> {
-    fn report(&mut self, progress: Progress) {
-        if let (Some(callable), None) = (self.callable, &self.raised) {
-            let heard = Python::attach(|py| callable.call1(py, (progress.words(),)).map(drop));
-            self.raised = heard.err();
-        }
-    }
-
-    fn proceed(&mut self) -> Result<(), Halt> {
-        if self.may_go_on() { Ok(()) } else { Err(Halt::Cancelled) }
-    }
-}
+use std::path::PathBuf;
 
 fn check_positive(py: Python<'_>, name: &str, value: Option<f64>) -> PyResult<()> {
     match value {
@@ -144,6 +89,32 @@ pub fn study<'py>(
         py.detach(|| msd_study::conduct::study(&loaded.clone().restarted(), plan, &mut caller));
     let (study, _) = caller.outcome(py, studied)?;
     from_serde(py, &study)
+}
+
+/// Write the report of a study, a dict of `msd.study`, as a page to open in a browser.
+///
+/// The page `path` needs nothing beside it. A build without the feature `report` raises Error.
+#[pyfunction]
+pub fn report(py: Python<'_>, study: &Bound<'_, PyAny>, path: PathBuf) -> PyResult<()> {
+    let page = page(py, study)?;
+    let written = py.detach(|| msd_scene::write_file(&path, page.as_bytes()));
+    written.map_err(|error| file_error(py, error))
+}
+
+#[cfg(feature = "report")]
+fn page(py: Python<'_>, study: &Bound<'_, PyAny>) -> PyResult<String> {
+    let wrong = |error| refused(py, format!("this is not a dict of msd.study: {error}"));
+    let study = serde_json::from_value(crate::values::to_json(study)?).map_err(wrong)?;
+    Ok(py.detach(|| msd_report::html(&study)))
+}
+
+#[cfg(not(feature = "report"))]
+fn page(py: Python<'_>, _study: &Bound<'_, PyAny>) -> PyResult<String> {
+    let todo = "pip install . -C maturin.build-args=\"--features report\"";
+    Err(crate::errors::error(
+        py,
+        format!("this build of msd writes no reports; in a checkout, run {todo}"),
+    ))
 }
 
 /// Inspect what the bodies of a scene amount to as materials: masses, moduli, frequencies.

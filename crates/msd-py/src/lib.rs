@@ -7,12 +7,11 @@ mod errors;
 mod values;
 mod arrays;
 mod options;
-mod force;
-mod lock;
+mod caller;
+mod run;
+mod pictures;
 mod scene;
 mod network;
-mod stepping;
-mod readings;
 mod simulation;
 mod judgement;
 mod sweep;
@@ -22,15 +21,17 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = false)]
 mod _msd {
     #[pymodule_export]
-    use super::judgement::{inspect, study, tune};
-    #[pymodule_export]
-    use super::lock::note_fork;
+    use super::judgement::{inspect, report, study, tune};
     #[pymodule_export]
     use super::network::{mesh, network};
     #[pymodule_export]
-    use super::scene::{Scene, open, scene};
+    use super::pictures::film;
     #[pymodule_export]
-    use super::simulation::Simulation;
+    use super::run::Simulation;
+    #[pymodule_export]
+    use super::run::lock::note_fork;
+    #[pymodule_export]
+    use super::scene::{Scene, open, scene};
     #[pymodule_export]
     use super::sweep::{Sweep, run_cell, sweep};
     use pyo3::prelude::*;

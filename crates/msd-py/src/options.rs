@@ -1,10 +1,10 @@
 //! Arguments of runs: counts, vectors, selections, and how a run is to be stepped.
 
 use crate::errors::{core_error, refused};
+use msd_core::Select;
 use msd_core::glam::DVec3;
-use msd_core::{Integrator, Select, Settings};
 use msd_run::{Runner, on};
-use msd_scene::schema::Solver;
+use msd_scene::schema::{OrAuto, Solver, SolverRow};
 use msd_scene::{Loaded, Precision, nearest, tame};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -117,60 +117,48 @@ impl<'py> FromPyObject<'_, 'py> for Of {
 /// The most threads of a run.
 const MOST_THREADS: usize = 1024;
 
-/// The keywords of a run, each beside what its scene says; as on the command line, `step` alone
-/// takes one substep, and `substeps` alone divide 1/60 s. With the number of its threads.
+/// How a scene is stepped with the keywords of a run, which mean what the options of the command
+/// line do; with the number of its threads.
 pub fn solver(loaded: &Loaded, options: Option<&Bound<'_, PyDict>>) -> PyResult<(Solver, usize)> {
-    let (mut solver, mut count) = (loaded.solver(), 1);
-    let Some(options) = options else { return Ok((solver, count)) };
+    let Some(options) = options else { return Ok((loaded.solver(), 1)) };
     let py = options.py();
     let given = |key: &str| -> PyResult<Option<Bound<'_, PyAny>>> {
         Ok(options.get_item(key)?.filter(|value| !value.is_none()))
     };
+    let wrong = |key: &str, value: &Bound<'_, PyAny>, must: &str| {
+        refused(py, format!("{key} is {value}; it must be {must}"))
+    };
     check_names(options)?;
+    let mut row = SolverRow::default();
     if let Some(name) = given("integrator")? {
         let name: String = name.extract()?;
-        let integrator = name.parse::<Integrator>();
-        solver.settings.integrator = integrator.map_err(|error| core_error(py, error))?;
+        row.integrator = Some(name.parse().map_err(|error| core_error(py, error))?);
     }
     if let Some(step) = given("step")? {
-        (solver.settings.step, solver.settings.substeps) = (step.extract()?, 1);
-        solver.automatic = false;
+        row.step = OrAuto::Given(step.extract()?);
     }
     if let Some(substeps) = given("substeps")? {
-        if given("step")?.is_none() {
-            solver.settings.step = Settings::default().step;
-        }
-        solver.automatic = substeps.eq("auto")?;
-        if !solver.automatic {
-            let must = "a whole number from 1 to 4294967295, or \"auto\"";
-            let wrong = |_| refused(py, format!("substeps is {substeps}; it must be {must}"));
-            solver.settings.substeps = substeps.extract::<u32>().map_err(wrong)?;
-        }
+        let must = "a whole number from 1 to 4294967295, or \"auto\"";
+        let count = || substeps.extract::<u32>().map_err(|_| wrong("substeps", &substeps, must));
+        let is_auto = substeps.eq("auto")?;
+        row.substeps = Some(if is_auto { OrAuto::Auto } else { OrAuto::Given(count()?.into()) });
     }
-    if let Some(tolerance) = given("tolerance")? {
-        check_read(py, "tolerance", (&solver.settings, Integrator::is_adaptive))?;
-        solver.settings.tolerance = tolerance.extract()?;
-    }
+    row.tolerance = given("tolerance")?.map(|tolerance| tolerance.extract()).transpose()?;
     if let Some(newton) = given("newton")? {
-        check_read(py, "newton", (&solver.settings, Integrator::is_implicit))?;
-        let wrong = |_| refused(py, format!("newton is {newton}; it must be from 1 to 1000"));
-        solver.settings.newton = newton.extract::<u32>().map_err(wrong)?;
+        let count = newton.extract::<u32>().map_err(|_| wrong("newton", &newton, "from 1 to 1000"));
+        row.newton = Some(count?.into());
     }
     if let Some(name) = given("precision")? {
         let known = [Precision::F32, Precision::F64];
         let found = known.into_iter().find(|it| name.eq(it.name()).unwrap_or(false));
-        let wrong = || refused(py, format!("precision is {name}; it must be f32 or f64"));
-        solver.precision = found.ok_or_else(wrong)?;
+        row.precision = Some(found.ok_or_else(|| wrong("precision", &name, "f32 or f64"))?);
     }
-    if let Some(threads) = given("threads")? {
-        let wrong =
-            || refused(py, format!("threads is {threads}; it must be from 1 to {MOST_THREADS}"));
-        count = threads.extract().map_err(|_| wrong())?;
-        if !(1..=MOST_THREADS).contains(&count) {
-            return Err(wrong());
-        }
-    }
-    Ok((solver, count))
+    let solver = loaded.solver().with(&row.with_frame());
+    row.check_read(solver.settings.integrator, "").map_err(|reason| refused(py, reason))?;
+    let Some(threads) = given("threads")? else { return Ok((solver, 1)) };
+    let count = threads.extract().ok().filter(|count| (1..=MOST_THREADS).contains(count));
+    let must = format!("from 1 to {MOST_THREADS}");
+    Ok((solver, count.ok_or_else(|| wrong("threads", &threads, &must))?))
 }
 
 /// The keywords of a run.
@@ -189,21 +177,4 @@ fn check_names(options: &Bound<'_, PyDict>) -> PyResult<()> {
         return Err(PyTypeError::new_err(message));
     }
     Ok(())
-}
-
-/// Refuses what the method would not read: it would have no effect silently.
-fn check_read(
-    py: Python<'_>,
-    option: &str,
-    (settings, reads): (&Settings, fn(Integrator) -> bool),
-) -> PyResult<()> {
-    if reads(settings.integrator) {
-        return Ok(());
-    }
-    let readers = Integrator::ALL.into_iter().filter(|&method| reads(method));
-    let readers: Vec<&str> = readers.map(Integrator::name).collect();
-    let verb = if readers.len() == 1 { "does" } else { "do" };
-    let readers = readers.join(" and ");
-    let integrator = settings.integrator;
-    Err(refused(py, format!("{integrator} does not use {option}; only {readers} {verb}")))
 }

@@ -3,9 +3,12 @@
 use crate::arrays;
 use crate::errors::{file_error, refused};
 use crate::network::Rows;
+use crate::pictures;
+use crate::run::lock::{Shared, Threads};
 use crate::values::{from_serde, to_json};
 use msd_core::glam::DVec3;
 use msd_core::{Scene as CoreScene, Settings};
+use msd_run::Runner;
 use msd_scene::envelope::FileKind;
 use msd_scene::{
     Assignment, Draft, FileError, Loaded, Precision, SceneFormat, Wind, open_set, tame,
@@ -267,7 +270,18 @@ impl Scene {
         format!("<msd.Scene {name}: {} particles, {} springs>", particles.len(), springs.len())
     }
 
-    fn _repr_html_(&self) -> String {
+    /// Its start as a picture, where one can be drawn.
+    fn _repr_png_<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyBytes>> {
+        let runner = py.detach(|| Runner::open(&self.loaded)).ok()?;
+        let shared = Shared::new(runner, Threads::new(1));
+        pictures::png(py, &shared, (&self.loaded.name, self.loaded.camera))
+    }
+
+    /// A table, unless there is a picture: a notebook would show that below it, or not at all.
+    fn _repr_html_(&self, py: Python<'_>) -> Option<String> {
+        if pictures::can_draw(py) {
+            return None;
+        }
         let escape =
             |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
         let rows = self.rows().bodies.iter().map(|body| {
@@ -279,13 +293,13 @@ impl Scene {
         });
         let rows: String = rows.collect();
         let CoreScene { particles, springs, .. } = self.rows();
-        format!(
+        Some(format!(
             "<table><caption>{}</caption><tr><th>body</th><th>particles</th><th>springs</th></tr>\
              {rows}<tr><th>all</th><td>{}</td><td>{}</td></tr></table>",
             escape(&self.loaded.title),
             particles.len(),
             springs.len()
-        )
+        ))
     }
 
     #[staticmethod]

@@ -1,121 +1,25 @@
-//! Runs.
+//! Methods of runs.
 
 use crate::arrays;
-use crate::errors::{core_error, error, file_error, refused};
-use crate::force::Force;
-use crate::lock::{Shared, Threads};
-use crate::options::{Count, Of, Triple, select, solver};
-use crate::readings::{numbers, vectors_of};
+use crate::errors::{core_error, file_error, refused};
+use crate::options::{Count, Of, Triple, solver};
+use crate::pictures::{self, Picture};
+use crate::run::Simulation;
+use crate::run::force::{Callable, Force, is_own};
+use crate::run::lock::{Shared, Threads};
+use crate::run::readings::{numbers, vectors_of};
+use crate::run::stepping::steps_in;
 use crate::scene::{Scene, settings_dict};
-use crate::stepping::{steps_in, turn};
 use crate::values::{from_serde, to_json};
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Interaction, Look, MaterialNumber, Plane, State};
 use msd_run::{EnergyReport, Runner};
-use msd_scene::{AnyState, Loaded, Output, read_saved, saved_bytes, state_hash, write_saved};
+use msd_scene::{AnyState, Output, read_saved, saved_bytes, state_hash, write_saved};
+use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicUsize, Ordering};
-
-/// A run of a scene.
-///
-/// Each keyword replaces what the scene says: `integrator` (see `msd.integrators`), `step`,
-/// seconds, `substeps` (a number or "auto"), `tolerance` of dormand-prince, `newton` iterations of
-/// an implicit method, `precision` ("f32" or "f64"). As on the command line, `step` alone takes one
-/// substep, and `substeps` alone divides 1/60 s.
-///
-/// `threads` is the number of threads that a step of a large body may use. The same scene and
-/// keywords give the same bits as the command line, on any number of threads.
-///
-/// You may use a run from any thread; a thread waits while another one steps the run. Ctrl-C ends
-/// `step`, `run` and `trajectory` between two steps.
-///
-/// >>> import msd
-/// >>> run = msd.Simulation(msd.open("cloth"), integrator="rk4", substeps=16)
-/// >>> run.step(60)
-/// >>> run.time, run.positions.shape
-/// (1.0, (961, 3))
-#[pyclass(frozen, module = "msd")]
-pub struct Simulation {
-    shared: Shared,
-    name: String,
-    title: String,
-    /// How many forces it has that are callables.
-    forces: AtomicUsize,
-}
-
-impl Simulation {
-    fn of(loaded: &Loaded, runner: Runner, threads: usize) -> Self {
-        let (name, title) = (loaded.name.clone(), loaded.title.clone());
-        let shared = Shared::new(runner, Threads::new(threads));
-        Simulation { shared, name, title, forces: AtomicUsize::new(0) }
-    }
-
-    /// Opens what was saved.
-    fn opened(py: Python<'_>, loaded: &Loaded, threads: usize) -> PyResult<Self> {
-        let runner = py.detach(|| Runner::open(loaded)).map_err(|error| core_error(py, error))?;
-        Ok(Simulation::of(loaded, runner, threads))
-    }
-
-    /// Reads something of the run, or changes it, while other threads of Python go on.
-    fn work<T: Send>(
-        &self,
-        py: Python<'_>,
-        act: impl FnOnce(&mut Runner) -> T + Send,
-    ) -> PyResult<T> {
-        self.shared.work(py, act)
-    }
-
-    /// The same for what the core may refuse.
-    fn try_work<T: Send>(
-        &self,
-        py: Python<'_>,
-        act: impl FnOnce(&mut Runner) -> Result<T, msd_core::Error> + Send,
-    ) -> PyResult<T> {
-        self.work(py, act)?.map_err(|error| core_error(py, error))
-    }
-
-    /// Takes steps, and lets Python see to signals in between.
-    fn advance(&self, py: Python<'_>, steps: u64) -> PyResult<()> {
-        let mut left = steps;
-        while 0 < left {
-            left = self.try_work(py, |runner| turn(runner, left))?;
-            py.check_signals()?;
-        }
-        Ok(())
-    }
-
-    fn queue(&self, py: Python<'_>, interaction: Interaction) -> PyResult<()> {
-        self.try_work(py, |runner| runner.queue(interaction))
-    }
-
-    /// Queues an interaction with what is selected.
-    fn queue_of(
-        &self,
-        py: Python<'_>,
-        of: &Of,
-        interaction: impl FnOnce(msd_core::Select) -> Interaction + Send,
-    ) -> PyResult<()> {
-        let queued = self.work(py, |runner| {
-            select(runner, of).map(|selected| runner.queue(interaction(selected)))
-        })?;
-        queued.map_err(|reason| refused(py, reason))?.map_err(|error| core_error(py, error))
-    }
-
-    fn saved(&self, py: Python<'_>) -> PyResult<Loaded> {
-        match self.forces.load(Ordering::Relaxed) {
-            0 => self.work(py, |runner| runner.to_loaded(&self.name, &self.title)),
-            count => Err(error(
-                py,
-                format!(
-                    "the run has {count} forces that are callables, which a saved run does not \
-                     hold; save a run without them, and add them after loading"
-                ),
-            )),
-        }
-    }
-}
+use std::sync::{Arc, Mutex, PoisonError};
 
 #[pymethods]
 impl Simulation {
@@ -169,7 +73,7 @@ impl Simulation {
     ) -> PyResult<Bound<'py, PyAny>> {
         let count = self.work(py, |runner| runner.particle_count())?;
         let points = points.map(|points| arrays::particles("points", points, count)).transpose()?;
-        crate::readings::trajectory(py, (frames.0, every.0), points.as_deref(), &self.shared)
+        crate::run::readings::trajectory(py, (frames.0, every.0), points.as_deref(), &self.shared)
     }
 
     /// Simulated time, seconds.
@@ -216,7 +120,7 @@ impl Simulation {
 
     /// Write the positions into `out`, a contiguous array of (n, 3) of float32 or float64.
     fn copy_positions(&self, py: Python<'_>, out: &Bound<'_, PyAny>) -> PyResult<()> {
-        crate::readings::copy_positions(py, &self.shared, out)
+        crate::run::readings::copy_positions(py, &self.shared, out)
     }
 
     /// Replace positions, metres, and velocities, metres per second: arrays of (n, 3). The time
@@ -274,7 +178,7 @@ impl Simulation {
         py: Python<'py>,
         of: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        crate::readings::pin_force(py, &self.shared, of)
+        crate::run::readings::pin_force(py, &self.shared, of)
     }
 
     /// Add a force that `callable(time, positions, velocities)` returns as an array of (n, 3),
@@ -292,8 +196,9 @@ impl Simulation {
             let kind = callable.bind(py).get_type().name()?;
             return Err(refused(py, format!("a force is a callable; this is of type {kind}")));
         }
-        self.work(py, |runner| runner.add_element(Force(callable)))?;
-        self.forces.fetch_add(1, Ordering::Relaxed);
+        let callable = Arc::new(Mutex::new(Some(callable)));
+        self.work(py, |runner| runner.add_element(Force(callable.clone())))?;
+        self.callables().push(callable);
         Ok(())
     }
 
@@ -498,6 +403,33 @@ impl Simulation {
         self.queue(py, Interaction::SetLook { body: body.index(), look })
     }
 
+    /// Draw the current state: a new array of (height, width, 4) with red, green, blue and opacity
+    /// from 0 to 255.
+    ///
+    /// `camera` is "front", "back", "left", "right" or "top", or (yaw, pitch), degrees; without it
+    /// the picture is that of `msd render`. Colours stand for `colour`: "strain", "force", "energy"
+    /// or "speed". Without `background` sky, ground and walls are transparent. A build without
+    /// pictures, or a machine without a graphics driver, raises Error.
+    #[pyo3(signature = (width=Count(640), height=Count(480), camera=None, colour=None,
+        background=true), text_signature = "($self, width=640, height=480, camera=None, \
+                                            colour=None, background=True)")]
+    fn picture<'py>(
+        &self,
+        py: Python<'py>,
+        width: Count,
+        height: Count,
+        camera: Option<&Bound<'py, PyAny>>,
+        colour: Option<&str>,
+        background: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let look = Picture { size: [width, height], camera, colour, background };
+        pictures::picture(py, self, look)
+    }
+
+    fn _repr_png_<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyBytes>> {
+        pictures::png(py, &self.shared, (&self.name, self.camera))
+    }
+
     /// Write the run into a file, which `msd run`, `msd view`, `msd.open` and `load` take.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let loaded = self.saved(py)?;
@@ -531,9 +463,10 @@ impl Simulation {
     /// A copy that goes on by itself, with the same bits.
     fn copy(&self, py: Python<'_>) -> PyResult<Self> {
         let runner = self.work(py, |runner| runner.clone())?;
-        let forces = AtomicUsize::new(self.forces.load(Ordering::Relaxed));
+        let forces = Mutex::new(self.callables().clone());
         let shared = Shared::new(runner, Threads::new(self.shared.threads()));
-        Ok(Simulation { shared, name: self.name.clone(), title: self.title.clone(), forces })
+        let (name, title) = (self.name.clone(), self.title.clone());
+        Ok(Simulation { shared, name, title, camera: self.camera, forces })
     }
 
     fn __copy__(&self, py: Python<'_>) -> PyResult<Self> {
@@ -550,6 +483,22 @@ impl Simulation {
         let (py, run) = (slf.py(), slf.get());
         let read = py.get_type::<Simulation>().getattr("from_bytes")?;
         Ok((read, (run.to_bytes(py)?, run.shared.threads()).into_pyobject(py)?))
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        let Ok(forces) = self.forces.try_lock() else { return Ok(()) };
+        for force in forces.iter().filter(|force| is_own(force)) {
+            let callable = force.try_lock();
+            callable.map_or(Ok(()), |callable| visit.call(callable.as_ref()))?;
+        }
+        Ok(())
+    }
+
+    fn __clear__(&self) {
+        let take = |force: &Callable| force.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let taken: Vec<_> = self.callables().iter().filter(|it| is_own(it)).map(take).collect();
+        // What they refer to may ask this run something as it ends: it is not locked any more.
+        drop(taken);
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -1,7 +1,7 @@
 //! Sweeps: a scene over a grid of its keys, each cell a dict that any task queue can send.
 
+use crate::caller::Caller;
 use crate::errors::{error, file_error, refused};
-use crate::judgement::Caller;
 use crate::options::Count;
 use msd_study::monitor::Halt;
 use msd_study::sweep::{Datum, Sweep as StudySweep, Task};

@@ -2,6 +2,7 @@
 
 import ast
 import doctest
+import json
 import pathlib
 import re
 
@@ -37,6 +38,20 @@ def test_examples_run(name, text):
 def test_snippets_of_a_page_run(page):
     for snippet in re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.S):
         exec(snippet, {})
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples/python").glob("*.ipynb")))
+def test_notebooks_run(path, tmp_path, monkeypatch):
+    pytest.importorskip("matplotlib", reason="SKIPPED notebooks: pip install matplotlib").use("Agg")
+    monkeypatch.setenv("MSD_CACHE", str(tmp_path))
+    notebook = json.loads(path.read_text())
+    assert (notebook["nbformat"], notebook["nbformat_minor"]) == (4, 5)
+    cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    names = {}
+    for cell in cells:
+        exec(cell, names)
+    lines = names["plt"].gca().get_lines()
+    assert {line.get_label() for line in lines if len(line.get_xdata())} >= {"rk4", "xpbd"}
 
 
 def test_the_stubs_name_what_there_is():

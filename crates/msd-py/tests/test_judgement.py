@@ -4,6 +4,7 @@ import os
 import pathlib
 import pickle
 import signal
+import sys
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor
@@ -54,6 +55,21 @@ def test_a_study_has_the_names_and_arrays_of_its_json():
     assert study["scene"] == "chain" and study["trials"]
     assert isinstance(study["times"], np.ndarray)
     assert "error" in study["words"]
+
+
+def test_the_report_of_a_study_is_a_page(tmp_path):
+    study, path = msd.study(CHAIN, 0.1, time=1, fresh=True), tmp_path / "report.html"
+    try:
+        msd.report(study, path)
+    except msd.Error as error:
+        assert "this build of msd writes no reports" in str(error)
+        return
+    page = path.read_text()
+    assert page.startswith("<!DOCTYPE html>") and "Error against cost" in page
+    with pytest.raises(msd.SceneError, match="this is not a dict of msd.study: "):
+        msd.report({}, path)
+    with pytest.raises(msd.SceneError, match="no/such"):
+        msd.report(study, tmp_path / "no/such/a.html")
 
 
 def test_ctrl_c_ends_a_study():
@@ -125,18 +141,69 @@ def test_processes_make_the_rows_of_a_plain_loop(tmp_path):
         assert [row["state_hash"] for row in pool.map(msd.run_cell, cells)] == expected
 
 
+def needed(module):
+    """An engine, or a loud skip."""
+    return pytest.importorskip(module, reason=f"SKIPPED {module}: pip install {module}")
+
+
 def test_joblib_makes_the_rows_of_a_plain_loop(tmp_path):
-    joblib = pytest.importorskip("joblib")
+    joblib = needed("joblib")
     cells = list(msd.sweep(write(tmp_path)))
     expected = [msd.run_cell(cell)["state_hash"] for cell in cells]
     rows = joblib.Parallel(2)(joblib.delayed(msd.run_cell)(cell) for cell in cells)
     assert [row["state_hash"] for row in rows] == expected
 
 
-def test_dask_makes_the_rows_of_a_plain_loop(tmp_path):
-    distributed = pytest.importorskip("distributed")
-    cells = list(msd.sweep(write(tmp_path)))
-    expected = {cell["hash"]: msd.run_cell(cell)["state_hash"] for cell in cells}
+GRID = f"""
+version = 1
+scene = "chain"
+duration = 0.05
+[grid]
+"bodies[0].stiffness" = {[1000 + row for row in range(1000)]}
+"""
+
+
+def thousand(folder):
+    cells = list(msd.sweep(write(folder, GRID)))
+    assert len(cells) == 1000
+    return cells, {cell["hash"]: msd.run_cell(cell)["state_hash"] for cell in cells}
+
+
+def run_or_die(cell, folder):
+    """A row; the process that first comes to cell 300 dies of it."""
+    if cell["cell"] == 300:
+        try:
+            (pathlib.Path(folder) / "died").touch(exist_ok=False)
+        except FileExistsError:
+            return msd.run_cell(cell)
+        os.kill(os.getpid(), signal.SIGKILL)
+    return msd.run_cell(cell)
+
+
+def hashes(rows):
+    return {row["hash"]: row["state_hash"] for row in rows}
+
+
+def test_dask_makes_a_thousand_rows_though_a_worker_dies(tmp_path):
+    distributed = needed("distributed")
+    cells, expected = thousand(tmp_path)
     with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=None) as client:
-        rows = client.gather(client.map(msd.run_cell, cells, pure=False))
-    assert {row["hash"]: row["state_hash"] for row in rows} == expected
+        rows = client.gather(client.map(run_or_die, cells, folder=tmp_path, pure=False))
+    assert (tmp_path / "died").exists()
+    assert len(rows) == 1000 and hashes(rows) == expected
+
+
+def test_ray_makes_a_thousand_rows_though_a_worker_dies(tmp_path, monkeypatch):
+    ray = needed("ray")
+    # Its workers cannot import the tests; and they need no token on their own machine.
+    ray.cloudpickle.register_pickle_by_value(sys.modules[__name__])
+    monkeypatch.setenv("RAY_AUTH_MODE", "disabled")
+    cells, expected = thousand(tmp_path)
+    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)
+    try:
+        run_cell = ray.remote(max_retries=3)(run_or_die)
+        rows = ray.get([run_cell.remote(cell, tmp_path) for cell in cells])
+    finally:
+        ray.shutdown()
+    assert (tmp_path / "died").exists()
+    assert len(rows) == 1000 and hashes(rows) == expected

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import threading
 import time
+import weakref
 
 import numpy as np
 import pytest
@@ -269,6 +270,44 @@ def test_a_million_calls_leak_nothing():
     call(330_000)
     gc.collect()
     assert resident() - before < 4_000_000
+
+
+def test_a_run_and_the_force_that_refers_to_it_are_collected():
+    class Witness:
+        pass
+
+    def make(copies):
+        run, witness = msd.Simulation(msd.open("chain")), Witness()
+        witness.run = run
+        run.add_force(lambda t, x, v, witness=witness: 0 * x)
+        runs = [run.copy() for _ in range(copies)]
+        gc.collect()
+        for one in [run, *runs]:
+            one.step()
+        return weakref.ref(witness)
+
+    for copies in (0, 2):
+        seen = make(copies)
+        gc.collect()
+        assert seen() is None, copies
+
+
+def test_a_copy_keeps_its_force_when_the_run_is_collected():
+    run = msd.Simulation(msd.open("chain"), precision="f64")
+    run.add_force(lambda t, x, v: 0 * x + 1)
+    copy, other = run.copy(), run.copy()
+    loop = [run]
+    loop.append(loop)
+    del run, loop
+    gc.collect()
+    copy.step()
+    del other
+    gc.collect()
+    before = copy.hash()
+    copy.step()
+    plain = msd.Simulation(msd.open("chain"), precision="f64")
+    plain.step(2)
+    assert copy.hash() not in (before, plain.hash())
 
 
 def test_every_interaction_is_queued():

@@ -50,4 +50,4 @@ pub use state::{AnyState, state_hash};
 pub use storage::{
     envelope, load_saved, load_state, read_saved, read_state, saved_bytes, write_saved, write_state,
 };
-pub use viewpoint::Viewpoint;
+pub use viewpoint::{Sight, Viewpoint};

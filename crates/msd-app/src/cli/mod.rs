@@ -10,8 +10,6 @@ mod export;
 mod view;
 #[cfg(feature = "window")]
 mod render;
-#[cfg(not(feature = "window"))]
-mod windowless;
 mod study;
 mod tune;
 mod tune_mesh;
@@ -30,6 +28,24 @@ use failure::Failure;
 use windowless::{render, view};
 #[cfg(feature = "window")]
 use {render::render, view::view};
+
+/// Errors of `msd view` and `msd render` in a build without the window.
+#[cfg(not(feature = "window"))]
+mod windowless {
+    use super::{Failure, arguments};
+
+    pub fn view(_: arguments::ViewArguments) -> Result<(), Failure> {
+        refuse("has no window")
+    }
+
+    pub fn render(_: &arguments::RenderArguments) -> Result<(), Failure> {
+        refuse("cannot render")
+    }
+
+    fn refuse(what: &str) -> Result<(), Failure> {
+        Err(Failure::input(format!("this build of msd {what}: build it with the default features")))
+    }
+}
 
 /// Limits the memory of a scene to `asked`, GB, or to nine tenths of the free memory: pictures,
 /// which are not counted, take some too.

@@ -4,10 +4,9 @@
 use super::Viewer;
 use super::files::{free, shown};
 use crate::background::lower_priority;
-use crate::drivers::quietly;
-use crate::film::{About, Kind, begin};
 use glam::Vec3;
-use msd_render::{Gpu, Offscreen, Style, View, bounds};
+use msd_film::{About, Kind, begin, open_gpu};
+use msd_render::{Offscreen, Style, View, bounds};
 use msd_run::{Moment, Runner, on};
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -100,7 +99,7 @@ impl Reel {
         let told = |error: &dyn Display| error.to_string();
         let [width, height] = self.about.size;
         let mut film = begin(&self.path, &self.kind, self.about)?;
-        let gpu = quietly(|| pollster::block_on(Gpu::headless())).map_err(|error| told(&error))?;
+        let gpu = open_gpu().map_err(|error| told(&error))?;
         let mut screen = Offscreen::new(&gpu, width, height).map_err(|error| told(&error))?;
         for moment in std::mem::take(&mut self.moments) {
             if progress.is_cancelled.load(Ordering::Relaxed) {

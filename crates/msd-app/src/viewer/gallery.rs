@@ -109,9 +109,9 @@ fn is_scene(path: &Path) -> bool {
 mod painter {
     //! Thumbnails: a thread opens the scenes, and the window renders them on its own device.
 
-    use super::super::{go_to, turn_to, usual_colours};
     use super::PICTURE;
     use egui::ColorImage;
+    use msd_film::{go_to, turn_to, usual_colours};
     use msd_render::{Gpu, Offscreen, Style, View, bounds_with_solids};
     use msd_run::{Runner, on};
     use msd_scene::Viewpoint;

@@ -2,6 +2,7 @@
 
 use super::{Outlook, Viewer};
 use glam::Vec3;
+use msd_film::{go_to, turn_to};
 use msd_render::Camera;
 use msd_run::on;
 use msd_scene::Viewpoint;
@@ -182,18 +183,4 @@ impl Viewer {
     pub fn is_gliding(&self) -> bool {
         self.aim.is_gliding
     }
-}
-
-/// Rotates a camera to the viewpoint of a scene.
-pub fn turn_to(camera: &mut Camera, Viewpoint { yaw_deg, pitch_deg, .. }: Viewpoint) {
-    let radians = |degrees: f64| degrees.to_radians() as f32;
-    camera.yaw = yaw_deg.map_or(camera.yaw, radians);
-    camera.pitch = pitch_deg.map_or(camera.pitch, radians);
-}
-
-/// Moves a camera to the viewpoint of a scene.
-pub fn go_to(camera: &mut Camera, Viewpoint { target, distance, .. }: Viewpoint) {
-    let vector = |place: [f64; 3]| Vec3::from_array(place.map(|part| part as f32));
-    camera.target = target.map_or(camera.target, vector);
-    camera.distance = distance.map_or(camera.distance, |distance| distance as f32);
 }

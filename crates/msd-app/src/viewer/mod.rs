@@ -23,7 +23,7 @@ pub use gallery::{Gallery, Picture};
 pub(crate) use gesture::{Action, Gesture};
 pub use gesture::{PointerState, Tool};
 pub use guide::{Guide, GuideStep};
-pub use look::{Aim, go_to, turn_to};
+pub use look::Aim;
 pub use preferences::{Outlook, Preferences};
 pub use sides::Side;
 pub use viewport::{Sharpness, Viewport};
@@ -34,6 +34,7 @@ use egui::Rect;
 use files::{FilesRead, SceneSource};
 use glam::Vec3;
 use msd_core::Settings;
+use msd_film::usual_colours;
 use msd_render::{Camera, Quality, Quantity, Scale, Style};
 use msd_run::on;
 use msd_run::rescue::Offer;
@@ -145,12 +146,6 @@ pub struct Wishes {
     pub full_screen: bool,
     /// Whether the user has requested to close the window.
     pub quit: bool,
-}
-
-/// Returns the default colours of a scene: strain in the flat squares, which consist mostly of
-/// springs.
-pub fn usual_colours(name: &str) -> Option<Quantity> {
-    matches!(name, "square" | "square4").then_some(Quantity::Strain)
 }
 
 /// Angle by which a key turns the camera, radians, and exponent by which it zooms.

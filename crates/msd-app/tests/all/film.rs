@@ -10,7 +10,7 @@ use msd_app::session::{ErrorNow, Session};
 use msd_app::viewer::{GuideStep, Preferences, Side, Viewer, catalogue};
 use msd_app::window::Film;
 use msd_core::Vector;
-use msd_render::{Gpu, Image};
+use msd_render::Image;
 use msd_run::on;
 use msd_run::rescue::Remedy;
 use std::path::Path;
@@ -31,7 +31,7 @@ fn film(scene: &str, size: [u32; 2]) -> Option<Film> {
 
 /// Creates a film, or prints why that failed; CI has a driver, so there it must succeed.
 fn film_of(viewer: Viewer, size: [u32; 2]) -> Option<Film> {
-    let gpu = match msd_app::drivers::quietly(|| pollster::block_on(Gpu::headless())) {
+    let gpu = match msd_film::open_gpu() {
         Ok(gpu) => gpu,
         Err(error) => {
             assert!(std::env::var_os("MSD_REQUIRE_ADAPTER").is_none(), "no adapter: {error}");

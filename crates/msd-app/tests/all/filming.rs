@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 /// Returns the chain after a second, in a view of 120 x 80 points; `None` without graphics.
 fn viewer(folder: &Path) -> Option<(Viewer, Gpu)> {
-    let gpu = match msd_app::drivers::quietly(|| pollster::block_on(Gpu::headless())) {
+    let gpu = match msd_film::open_gpu() {
         Ok(gpu) => gpu,
         Err(error) => {
             assert!(std::env::var_os("MSD_REQUIRE_ADAPTER").is_none(), "{error}");

@@ -134,17 +134,17 @@ pub(crate) enum Way {
 
 /// The functions with the loops that a user-defined method calls. The two tables below are not
 /// generic, so these are compiled in this crate and not in that of the method.
-struct Compiled<R: Real> {
+struct Calls<R: Real> {
     set_forces: fn(&mut StepContext<'_, R>, f64) -> f64,
     finish_substep: fn(&mut StepContext<'_, R>, f64),
 }
 
-static SINGLE: Compiled<f32> = Compiled::new();
-static DOUBLE: Compiled<f64> = Compiled::new();
+static SINGLE: Calls<f32> = Calls::new();
+static DOUBLE: Calls<f64> = Calls::new();
 
-impl<R: Real> Compiled<R> {
+impl<R: Real> Calls<R> {
     const fn new() -> Self {
-        Compiled {
+        Calls {
             set_forces: |step, time| step.evaluate(time),
             finish_substep: |step, taken| step.end_substep(taken),
         }
@@ -275,7 +275,7 @@ impl<'a, R: Real> StepContext<'a, R> {
     /// Evaluates all forces at the current state and a time, seconds; returns the power dissipated,
     /// watts.
     pub fn set_forces(&mut self, time: f64) -> f64 {
-        (Compiled::of_precision().set_forces)(self, time)
+        (Calls::of_precision().set_forces)(self, time)
     }
 
     /// The body of [`StepContext::set_forces`].
@@ -321,7 +321,7 @@ impl<'a, R: Real> StepContext<'a, R> {
     /// The displacement of a particle in the substep is taken to be h v', with v' the velocity at
     /// its end, and the last forces to be those at its start.
     pub fn finish_substep(&mut self, taken: f64) {
-        (Compiled::of_precision().finish_substep)(self, taken);
+        (Calls::of_precision().finish_substep)(self, taken);
     }
 
     /// The body of [`StepContext::finish_substep`].

@@ -4,8 +4,7 @@
 //! without optimisation, these would be some two hundred times as slow. The two tables below are
 //! not generic, so the functions that they point to are compiled here.
 
-use super::Simulation;
-use super::progress::Progress;
+use super::{Progress, Simulation};
 use crate::energy::Energy;
 use crate::error::Error;
 use crate::methods::{Integrator, Settings};

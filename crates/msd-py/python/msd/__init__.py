@@ -9,7 +9,7 @@
 
 Make a Scene with `open`, `scene`, `network` or `mesh`, and run it with `Simulation`. `tune` finds
 the cheapest setting within an error, `study` what accuracy costs, and `inspect` what bodies amount
-to as materials. `sweep` and `run_cell` run a scene over a grid of its keys.
+to as materials; `report` writes the page of a study. `film` draws a run. `sweep` and `run_cell` run a scene over a grid of its keys.
 
 Units are SI, y is up, and arrays are copies: they are yours to keep and change.
 """
@@ -25,11 +25,13 @@ from ._msd import (
     StepError,
     Sweep,
     __version__,
+    film,
     inspect,
     integrators,
     mesh,
     network,
     open,
+    report,
     run_cell,
     scene,
     scenes,
@@ -46,11 +48,13 @@ __all__ = [
     "StepError",
     "Sweep",
     "__version__",
+    "film",
     "inspect",
     "integrators",
     "mesh",
     "network",
     "open",
+    "report",
     "run_cell",
     "scene",
     "scenes",

@@ -12,6 +12,8 @@ integrators: list[str]
 _Floats = NDArray[np.floating[Any]]
 _Vector = Sequence[float] | NDArray[Any]
 _Of = str | int | range | slice | None
+_Camera = str | tuple[float, float] | None
+_Colour = Literal["strain", "force", "energy", "speed"] | None
 _Path = str | PathLike[str]
 
 class Error(Exception): ...
@@ -132,6 +134,14 @@ class Simulation:
         spin: _Vector = (0, 0, 0),
     ) -> None: ...
     def set_look(self, body: SupportsIndex, **look: Any) -> None: ...
+    def picture(
+        self,
+        width: SupportsIndex = 640,
+        height: SupportsIndex = 480,
+        camera: _Camera = None,
+        colour: _Colour = None,
+        background: bool = True,
+    ) -> NDArray[np.uint8]: ...
     def save(self, path: _Path) -> None: ...
     @staticmethod
     def load(path: _Path, threads: int = 1) -> Simulation: ...
@@ -175,6 +185,19 @@ def study(
     fresh: bool = False,
     progress: Callable[[str], object] | None = None,
 ) -> dict[str, Any]: ...
+def report(study: dict[str, Any], path: _Path) -> None: ...
+def film(
+    run: Simulation,
+    frames: SupportsIndex,
+    path: _Path,
+    *,
+    every: SupportsIndex = 1,
+    width: SupportsIndex = 640,
+    height: SupportsIndex = 480,
+    camera: _Camera = None,
+    colour: _Colour = None,
+    background: bool = True,
+) -> None: ...
 def inspect(scene: Scene) -> dict[str, Any]: ...
 def sweep(path: _Path) -> Sweep: ...
 def run_cell(cell: dict[str, Any]) -> dict[str, Any]: ...

@@ -4,17 +4,18 @@ mod values;
 mod mistakes;
 
 pub use mistakes::explain;
-pub use values::{Sight, Step, Substeps, Watched};
+pub use values::{Step, Substeps, Watched};
 
 use super::steps::Moments;
 use clap::ArgAction::Append;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use msd_core::{Instructions, Integrator};
-use msd_scene::{Assignment, Precision};
+use msd_scene::{Assignment, Precision, Sight};
 use std::path::PathBuf;
+use std::str::FromStr;
 use values::{
     automatic_substeps, cores, duration, finite, frames, instructions, integrator, interval,
-    newton, not_negative, positive, precision, side, sight, size, step, substeps, tasks, threads,
+    newton, not_negative, positive, precision, side, size, step, substeps, tasks, threads,
     tolerance, watched,
 };
 
@@ -273,7 +274,7 @@ pub struct RenderArguments {
     pub quiet: bool,
     /// Look from a side: front, back, left, right or top; or turn about the scene during a film:
     /// orbit, once, or orbit:DEGREES per second
-    #[arg(long, value_name = "VIEW", value_parser = sight, allow_hyphen_values = true)]
+    #[arg(long, value_name = "VIEW", value_parser = Sight::from_str, allow_hyphen_values = true)]
     #[arg(help_heading = CAMERA)]
     pub camera: Option<Sight>,
     /// Azimuth of the camera about the vertical, degrees

@@ -125,34 +125,6 @@ pub fn frames(text: &str) -> Result<Moments, String> {
     })
 }
 
-/// Position of the camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Sight {
-    /// From a side: azimuth and elevation, degrees.
-    Side([f64; 2]),
-    /// In orbit at this rate, degrees per second; by default once in a film.
-    Orbit(Option<f64>),
-}
-
-/// Parses a side to look from, or `orbit`.
-pub fn sight(text: &str) -> Result<Sight, String> {
-    Ok(match text.split_once(':').unwrap_or((text, "")) {
-        ("front", "") => Sight::Side([0.0, 0.0]),
-        ("back", "") => Sight::Side([180.0, 0.0]),
-        ("right", "") => Sight::Side([90.0, 0.0]),
-        ("left", "") => Sight::Side([-90.0, 0.0]),
-        // Straight from above, the up direction would be undefined.
-        ("top", "") => Sight::Side([0.0, 88.0]),
-        ("orbit", "") if text == "orbit" => Sight::Orbit(None),
-        ("orbit", rate) => Sight::Orbit(Some(finite(rate)?)),
-        _ => {
-            return Err("must be front, back, left, right, top, orbit or orbit:DEGREES, degrees \
-                        per second"
-                .into());
-        }
-    })
-}
-
 /// Parses the length of a step: `auto` or seconds.
 pub fn step(text: &str) -> Result<Step, String> {
     let seconds = || positive(text).map(Step::Seconds);

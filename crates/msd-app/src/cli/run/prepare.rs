@@ -6,7 +6,7 @@ use crate::cli::failure::{Failure, note};
 use crate::cli::steps::SlowNotice;
 use msd_app::link::Link;
 use msd_core::glam::DVec3;
-use msd_core::{Integrator, Scene, Settings, Solid};
+use msd_core::{Scene, Settings, Solid};
 use msd_run::rescue::LASTING;
 use msd_run::{Finding, Kind, Moment, Runner, Watch, on};
 use msd_scene::materials::Made;
@@ -209,8 +209,9 @@ fn open(
     let opened = link.as_ref().map_or_else(|| open_set(scene, set), Link::load);
     let loaded = opened.map_err(Failure::input)?;
     drop(notice);
-    let chosen = loaded.solver().with(&row(solver));
-    check_read(chosen.settings.integrator, solver)?;
+    let row = row(solver);
+    let chosen = loaded.solver().with(&row);
+    row.check_read(chosen.settings.integrator, "--").map_err(Failure::input)?;
     let count = loaded.scene.particles.len();
     let gigabytes = rounded(1e-9 * memory_of(&loaded.scene), 2);
     let notice = SlowNotice::new(format!("preparing {count} particles, about {gigabytes} GB"));
@@ -251,22 +252,27 @@ pub fn is_endless(steps: f64) -> bool {
 pub fn row(solver: &SolverArguments) -> SolverRow {
     let SolverArguments { integrator, step, substeps, tolerance, newton, precision, .. } = *solver;
     let newton = newton.map(u64::from);
-    let mut row = SolverRow { integrator, tolerance, newton, precision, ..SolverRow::default() };
-    if let Some(Step::Seconds(step)) = step {
-        row.step = OrAuto::Given(step);
-    }
-    // Also for `--step auto`, before its length is known: the limit of Verlet depends on substeps.
-    if step.is_some() {
-        row.substeps = Some(OrAuto::Given(1));
-    }
-    if let Some(substeps) = substeps {
-        row.step = OrAuto::Given(FRAME);
-        row.substeps = Some(match substeps {
+    let row = SolverRow {
+        integrator,
+        step: match step {
+            Some(Step::Seconds(step)) => OrAuto::Given(step),
+            Some(Step::Auto) | None => OrAuto::Auto,
+        },
+        substeps: substeps.map(|substeps| match substeps {
             Substeps::Auto => OrAuto::Auto,
             Substeps::Count(count) => OrAuto::Given(count.into()),
-        });
+        }),
+        tolerance,
+        newton,
+        precision,
+        ..SolverRow::default()
+    };
+    // Also before the length of an automatic step is known: the limit of Verlet depends on
+    // substeps.
+    match step {
+        Some(Step::Auto) => SolverRow { substeps: Some(OrAuto::Given(1)), ..row },
+        _ => row.with_frame(),
     }
-    row
 }
 
 /// Sets the longest step that does not exceed an automatic substep and divides `duration` seconds.
@@ -291,27 +297,6 @@ fn choose_step(runner: &mut Runner, duration: f64) -> Result<(), Failure> {
     let settings = Settings { step, substeps: 1, ..runner.settings() };
     runner.set_settings(settings).map_err(Failure::input)?;
     runner.set_automatic(true).map_err(Failure::input)
-}
-
-/// Refuses options that the method ignores: they would silently have no effect.
-fn check_read(integrator: Integrator, solver: &SolverArguments) -> Result<(), Failure> {
-    type Reads = fn(Integrator) -> bool;
-    let options: [(&str, bool, Reads); 2] = [
-        ("--tolerance", solver.tolerance.is_some(), Integrator::is_adaptive),
-        ("--newton", solver.newton.is_some(), Integrator::is_implicit),
-    ];
-    for (option, given, reads) in options {
-        if given && !reads(integrator) {
-            let readers = Integrator::ALL.into_iter().filter(|&method| reads(method));
-            let readers: Vec<&str> = readers.map(Integrator::name).collect();
-            let do_so = if readers.len() == 1 { "does" } else { "do" };
-            return Err(Failure::input(format!(
-                "{integrator} does not use {option}; only {} {do_so}",
-                readers.join(" and ")
-            )));
-        }
-    }
-    Ok(())
 }
 
 /// Returns the steps nearest to a duration, at least one unless it is 0, and whether they miss it.

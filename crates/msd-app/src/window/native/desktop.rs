@@ -4,9 +4,9 @@ use super::super::Shell;
 use super::super::host::Host;
 use super::super::surface::WindowSurface;
 use super::{preferences_file, scale};
-use crate::drivers;
 use crate::panel;
 use crate::viewer::{Preferences, Viewer};
+use msd_film::quietly;
 use msd_render::Gpu;
 use std::convert::Infallible;
 use std::time::Duration;
@@ -58,7 +58,7 @@ impl Host for Desktop {
     }
 
     fn wait(arrive: impl Future<Output = ()> + 'static) {
-        drivers::quietly(|| pollster::block_on(arrive));
+        quietly(|| pollster::block_on(arrive));
     }
 
     fn take_window(&mut self, window: &Window) {

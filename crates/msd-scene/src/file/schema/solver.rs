@@ -133,6 +133,41 @@ impl SolverRow {
         SolverRow { precision: Some(precision), ..SolverRow::default() }
     }
 
+    /// The row of a command line, where a step without substeps has one, and substeps without a
+    /// step divide a frame of 1/60 s.
+    pub fn with_frame(self) -> Self {
+        match (self.step, self.substeps) {
+            (OrAuto::Given(_), None) => Self { substeps: Some(OrAuto::Given(1)), ..self },
+            (OrAuto::Auto, Some(_)) => {
+                Self { step: OrAuto::Given(Settings::default().step), ..self }
+            }
+            _ => self,
+        }
+    }
+
+    /// Refuses keys that a method would not read: they would have no effect silently.
+    ///
+    /// # Errors
+    /// A sentence with the key after `prefix`, and the methods that read it.
+    pub fn check_read(&self, integrator: Integrator, prefix: &str) -> Result<(), String> {
+        type Reads = fn(Integrator) -> bool;
+        let keys: [(&str, bool, Reads); 2] = [
+            ("tolerance", self.tolerance.is_some(), Integrator::is_adaptive),
+            ("newton", self.newton.is_some(), Integrator::is_implicit),
+        ];
+        for (key, _, reads) in keys.into_iter().filter(|(_, given, _)| *given) {
+            if reads(integrator) {
+                continue;
+            }
+            let readers = Integrator::ALL.into_iter().filter(|&method| reads(method));
+            let readers: Vec<&str> = readers.map(Integrator::name).collect();
+            let verb = if readers.len() == 1 { "does" } else { "do" };
+            let readers = readers.join(" and ");
+            return Err(format!("{integrator} does not use {prefix}{key}; only {readers} {verb}"));
+        }
+        Ok(())
+    }
+
     /// The keys that say something else than those of another row.
     pub fn but_for(self, other: &SolverRow) -> SolverRow {
         fn unless<T: PartialEq>(own: Option<T>, other: &Option<T>) -> Option<T> {

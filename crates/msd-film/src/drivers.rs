@@ -1,6 +1,15 @@
 //! Suppression of the messages that graphics drivers print on standard error.
 
+use msd_render::{Gpu, RenderError};
 use std::sync::{Mutex, PoisonError};
+
+/// Opens a graphics device without a window, [`quietly`].
+///
+/// # Errors
+/// See [`Gpu::headless`].
+pub fn open_gpu() -> Result<Gpu, RenderError> {
+    quietly(|| pollster::block_on(Gpu::headless()))
+}
 
 /// Runs `open`, which starts graphics drivers, and hides their messages on standard error.
 ///

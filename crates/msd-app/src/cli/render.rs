@@ -1,8 +1,6 @@
 //! `msd render`: a picture or a film of a scene, without a display.
 
-mod sighting;
-
-use crate::cli::arguments::RenderArguments;
+use crate::cli::arguments::{ColourBy, RenderArguments};
 use crate::cli::failure::{Failure, hush, note, say};
 use crate::cli::places::{Places, make_folder};
 use crate::cli::run::explain_end;
@@ -10,15 +8,13 @@ use crate::cli::run::prepare::{Prepared, prepare};
 use crate::cli::steps::Interrupt;
 use crate::cli::steps::Moments;
 use crate::cli::steps::Steps;
-use msd_app::drivers::quietly;
-use msd_app::film::{About, Kind, begin};
 use msd_core::Error;
-use msd_render::{Gpu, Offscreen, bounds_with_ground};
+use msd_film::{About, Kind, Seen, Shot, Sighting, begin, open_gpu, seen, usual_colours};
+use msd_render::{Offscreen, Quantity, Style};
 use msd_run::{Runner, on};
 use msd_scene::{SetKeys, set_keys, shown_path};
 use msd_study::quantity::quantity;
 use serde::Serialize;
-use sighting::{Sighting, seen};
 use std::path::{Path, PathBuf};
 
 /// Result of a rendering; the keys of `--json`.
@@ -60,18 +56,17 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     let mut output = begin(&path, &kind, about).map_err(Failure::input)?;
     // Requested before the run: without a driver, or for a picture beyond its limits, the steps
     // would be in vain.
-    let gpu = quietly(|| pollster::block_on(Gpu::headless())).map_err(Failure::input)?;
+    let gpu = open_gpu().map_err(Failure::input)?;
     let [width, height] = *size;
     let mut screen = Offscreen::new(&gpu, width, height).map_err(Failure::input)?;
-    let mut look = Sighting::new(arguments, &prepared, &steps);
+    let shot = shot(arguments, &prepared.name, steps.len());
+    let mut look = Sighting::new(&shot, &prepared.runner, prepared.camera);
     if film.is_some() {
-        let (bounds, largest) = seen(&prepared, look.quantity(), (&steps, &interrupt));
-        look.frame(bounds);
-        look.choose_scale(largest);
+        look.frame_film(look_ahead(&prepared, shot.style.colour_by, (&steps, &interrupt)));
     }
     let mut shoot = |runner: &Runner, part: f64| {
         if film.is_none() {
-            look.frame(on!(runner, simulation => bounds_with_ground(&simulation.snapshot())));
+            look.frame(runner);
         }
         let view = look.view(part);
         let image = on!(runner, simulation => screen.render(&simulation.snapshot(), &view));
@@ -101,6 +96,44 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
         (false, false) => say(&line(&report, &path)),
     };
     Failure::all(said.err().into_iter().chain(ended))
+}
+
+/// The picture or the film that the command line asks for.
+fn shot(arguments: &RenderArguments, name: &str, frames: usize) -> Shot {
+    let is_open = arguments.background.is_some();
+    let quantity = |colour_by| match colour_by {
+        ColourBy::Strain => Quantity::Strain,
+        ColourBy::Force => Quantity::Force,
+        ColourBy::Energy => Quantity::Energy,
+        ColourBy::Speed => Quantity::Speed,
+    };
+    let style = Style {
+        surfaces: !arguments.no_surfaces,
+        wireframe: arguments.wireframe,
+        colour_by: arguments.colour_by.map(quantity).or(usual_colours(name)),
+        full_scale: arguments.full_scale.map(|full| full as f32),
+        legend: !arguments.no_legend,
+        particles: arguments.particles,
+        sky: !is_open,
+        planes: !is_open,
+        ..Style::default()
+    };
+    let RenderArguments { size, camera, yaw_deg, pitch_deg, .. } = *arguments;
+    let lasting = arguments.frames.map_or(0.0, |film| frames as f64 * film.every);
+    Shot { size, camera, yaw_deg, pitch_deg, style, lasting }
+}
+
+/// Runs ahead and returns the extent and the largest colour value of a film.
+fn look_ahead(
+    prepared: &Prepared,
+    colour_by: Option<Quantity>,
+    (steps, interrupt): (&[u64], &Interrupt),
+) -> Seen {
+    let mut progress = Steps::new(steps.last().copied().unwrap_or(0), "computing the view");
+    seen(prepared.runner.clone(), (steps, colour_by), |taken| {
+        progress.tell(taken);
+        !interrupt.is_asked()
+    })
 }
 
 /// Returns the step number of each frame. Warns if frames fall between steps.

@@ -81,7 +81,7 @@ fn numbered(name: &str) -> Option<Kind> {
 }
 
 /// A film in the course of writing.
-pub trait FilmFile {
+pub trait FilmFile: Send {
     /// Adds a frame.
     fn add(&mut self, image: Image) -> Result<(), String>;
 
@@ -176,8 +176,11 @@ impl FilmFile for Pictures {
     }
 }
 
-/// Writes rows of pixels, red, green, blue and opacity.
-fn write_png(output: &mut Output, image: &Image) -> Result<(), png::EncodingError> {
+/// Writes a picture as PNG.
+///
+/// # Errors
+/// What `output` does not take.
+pub fn write_png(output: impl Write, image: &Image) -> Result<(), png::EncodingError> {
     let mut encoder = png::Encoder::new(output, image.width, image.height);
     encoder.set_color(png::ColorType::Rgba);
     let mut writer = encoder.write_header()?;

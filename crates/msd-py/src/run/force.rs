@@ -8,6 +8,7 @@ use msd_core::{Real, Vector};
 use numpy::{PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use std::cell::{Cell, RefCell};
+use std::sync::{Arc, Mutex, PoisonError};
 
 thread_local! {
     /// What a callable raised in the evaluation that goes on in this thread.
@@ -26,18 +27,37 @@ pub fn is_asked() -> bool {
     ASKED.get()
 }
 
-/// A force that is a callable: (time, positions, velocities) to newtons, an array of (n, 3).
+/// A callable: (time, positions, velocities) to newtons, an array of (n, 3). Its runs share it, and
+/// the garbage collector takes it from a run that only it refers to.
+pub type Callable = Arc<Mutex<Option<Py<PyAny>>>>;
+
+/// Whether one run alone has a callable, besides its force: what copies share belongs to none.
+pub fn is_own(callable: &Callable) -> bool {
+    Arc::strong_count(callable) == 2
+}
+
+/// The force of a callable.
 #[derive(Debug)]
-pub struct Force(pub Py<PyAny>);
+pub struct Force(pub Callable);
 
 impl Force {
-    /// The forces at a motion.
-    fn ask<R: Real>(&self, py: Python<'_>, motion: &Motion<'_, R>) -> PyResult<Vec<[f64; 3]>> {
+    /// Adds the forces at a motion; returns the power that they take from it, watts.
+    fn ask<R: Real>(
+        &self,
+        py: Python<'_>,
+        motion: &Motion<'_, R>,
+        forces: &mut Vectors<'_, R>,
+    ) -> PyResult<f64> {
         let count = motion.particle_count();
+        let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let callable = kept.as_ref().map(|callable| callable.clone_ref(py));
+        drop(kept);
+        let gone = || refused(py, "the garbage collector took the force of this run");
+        let callable = callable.ok_or_else(gone)?;
         let x = arrays::vectors(py, flat::<R>(motion.positions(), count))?;
         let v = arrays::vectors(py, flat::<R>(motion.velocities(), count))?;
         let before = ASKED.replace(true);
-        let answer = self.0.call1(py, (motion.time(), x, v));
+        let answer = callable.call1(py, (motion.time(), x, v));
         ASKED.set(before);
         let answer = answer?;
         // The usual answer needs no conversion.
@@ -47,22 +67,35 @@ impl Force {
             && let Ok(array) = array.try_readonly()
             && let Ok(numbers) = array.as_slice()
         {
-            return Ok(numbers.as_chunks::<3>().0.to_vec());
+            return Ok(add(numbers.as_chunks().0, motion, forces));
         }
         if answer.is_none(py) {
             let message = format!("the force returned None; it must return ({count}, 3) newtons");
             return Err(refused(py, message));
         }
-        arrays::rows("what the force returned", answer.bind(py), Some(count))
+        let rows = arrays::rows("what the force returned", answer.bind(py), Some(count))?;
+        Ok(add(&rows, motion, forces))
     }
+}
+
+/// Adds the force on each particle; returns the power that they take, watts.
+fn add<R: Real>(rows: &[[f64; 3]], motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
+    let (mut power, mut particle) = (0.0, 0);
+    // Not `zip`: what is nested is walked faster from inside.
+    motion.velocities().for_each(|velocity| {
+        let force = DVec3::from_array(rows[particle]);
+        forces.add(particle, R::Vec3::of(force));
+        power -= force.dot(velocity.to_f64());
+        particle += 1;
+    });
+    power
 }
 
 impl<R: Real> Element<R> for Force {
     fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
         let has_failed = RAISED.with_borrow(Option::is_some);
-        let asked = (!has_failed).then(|| Python::attach(|py| self.ask(py, motion)));
-        let answer = match asked {
-            Some(Ok(answer)) => answer,
+        match (!has_failed).then(|| Python::attach(|py| self.ask(py, motion, forces))) {
+            Some(Ok(power)) => power,
             failed => {
                 if let Some(Err(raised)) = failed {
                     RAISED.set(Some(raised));
@@ -71,24 +104,15 @@ impl<R: Real> Element<R> for Force {
                 if 0 < motion.particle_count() {
                     forces.add(0, R::Vec3::of(DVec3::NAN));
                 }
-                return 0.0;
+                0.0
             }
-        };
-        let (mut power, mut particle) = (0.0, 0);
-        // Not `zip`: what is nested is walked faster from inside.
-        motion.velocities().for_each(|velocity| {
-            let force = DVec3::from_array(answer[particle]);
-            forces.add(particle, R::Vec3::of(force));
-            power -= force.dot(velocity.to_f64());
-            particle += 1;
-        });
-        power
+        }
     }
 }
 
 /// The components of vectors in double precision.
 fn flat<R: Real>(vectors: impl Iterator<Item = R::Vec3>, count: usize) -> Vec<f64> {
-    let mut numbers = Vec::with_capacity(3 * count);
-    vectors.for_each(|vector| numbers.extend_from_slice(&vector.to_f64().to_array()));
-    numbers
+    let mut rows = Vec::with_capacity(count);
+    vectors.for_each(|vector| rows.push(vector.to_f64().to_array()));
+    rows.into_flattened()
 }

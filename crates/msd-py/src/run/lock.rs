@@ -1,16 +1,21 @@
 //! A run that several Python threads may share: its lock, and the threads of its steps.
 
 use crate::errors::error;
-use crate::force;
+use crate::run::force;
 use msd_run::Runner;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
-/// How often this process or one that it descends from was forked. A child has neither the threads
+/// What [`forks`] returns. A child has neither the threads
 /// of its parent nor the locks that they would have let go.
 static FORKS: AtomicU32 = AtomicU32::new(0);
+
+/// How often this process or one that it descends from was forked.
+pub fn forks() -> u32 {
+    FORKS.load(Ordering::Relaxed)
+}
 
 /// Called in a child that was forked.
 #[pyfunction]
@@ -77,7 +82,7 @@ impl Shared {
     }
 
     fn take(&self) -> Result<MutexGuard<'_, Runner>, Refusal> {
-        let forks = FORKS.load(Ordering::Relaxed);
+        let forks = forks();
         let runner = match self.runner.try_lock() {
             Ok(runner) => runner,
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
@@ -110,7 +115,7 @@ impl Threads {
         if self.count < 2 {
             return Ok(None);
         }
-        let forks = FORKS.load(Ordering::Relaxed);
+        let forks = forks();
         // Held for a moment only, and not by who waits for Python.
         let mut pool = self.pool.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((made, pool)) = &*pool

@@ -2,8 +2,8 @@
 
 use crate::arrays::{self, room};
 use crate::errors::{core_error, refused};
-use crate::lock::Shared;
 use crate::options::{Of, select};
+use crate::run::lock::Shared;
 use msd_core::glam::DVec3;
 use msd_core::{Error, Real, Select, Simulation, Vector};
 use msd_run::{Runner, on};
@@ -50,10 +50,10 @@ macro_rules! numbers {
         let count = $runner.particle_count();
         match &*$runner {
             msd_run::Runner::F32(it, _) => {
-                crate::readings::Numbers::F32(crate::readings::flat(it.$column(), count))
+                crate::run::readings::Numbers::F32(crate::run::readings::flat(it.$column(), count))
             }
             msd_run::Runner::F64(it, _) => {
-                crate::readings::Numbers::F64(crate::readings::flat(it.$column(), count))
+                crate::run::readings::Numbers::F64(crate::run::readings::flat(it.$column(), count))
             }
         }
     }};
@@ -115,8 +115,8 @@ pub fn trajectory<'py>(
     while frame < frames {
         let done = shared.work(py, |runner| -> Result<(), Error> {
             let start = std::time::Instant::now();
-            while frame < frames && start.elapsed() < crate::stepping::TURN {
-                left = crate::stepping::turn(runner, left)?;
+            while frame < frames && start.elapsed() < crate::run::stepping::TURN {
+                left = crate::run::stepping::turn(runner, left)?;
                 if left == 0 {
                     keep(runner, points, &mut numbers);
                     (frame, left) = (frame + 1, every);

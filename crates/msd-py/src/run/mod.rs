@@ -1,0 +1,122 @@
+//! A run: its parts, and what its methods do with them.
+
+pub mod force;
+pub mod lock;
+pub mod stepping;
+pub mod readings;
+
+use crate::errors::{core_error, error, refused};
+use crate::options::{Of, select};
+use force::Callable;
+use lock::{Shared, Threads};
+use msd_core::Interaction;
+use msd_run::Runner;
+use msd_scene::{Loaded, Viewpoint};
+use pyo3::prelude::*;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use stepping::turn;
+
+/// A run of a scene.
+///
+/// Each keyword replaces what the scene says: `integrator` (see `msd.integrators`), `step`,
+/// seconds, `substeps` (a number or "auto"), `tolerance` of dormand-prince, `newton` iterations of
+/// an implicit method, `precision` ("f32" or "f64"). As on the command line, `step` alone takes one
+/// substep, and `substeps` alone divides 1/60 s.
+///
+/// `threads` is the number of threads that a step of a large body may use. The same scene and
+/// keywords give the same bits as the command line, on any number of threads.
+///
+/// You may use a run from any thread; a thread waits while another one steps the run. Ctrl-C ends
+/// `step`, `run` and `trajectory` between two steps.
+///
+/// >>> import msd
+/// >>> run = msd.Simulation(msd.open("cloth"), integrator="rk4", substeps=16)
+/// >>> run.step(60)
+/// >>> run.time, run.positions.shape
+/// (1.0, (961, 3))
+#[pyclass(frozen, module = "msd")]
+pub struct Simulation {
+    pub shared: Shared,
+    pub name: String,
+    pub title: String,
+    /// Where its author wants the camera.
+    pub camera: Viewpoint,
+    /// Its forces that are callables.
+    pub forces: Mutex<Vec<Callable>>,
+}
+
+impl Simulation {
+    pub fn of(loaded: &Loaded, runner: Runner, threads: usize) -> Self {
+        let (name, title, camera) = (loaded.name.clone(), loaded.title.clone(), loaded.camera);
+        let shared = Shared::new(runner, Threads::new(threads));
+        Simulation { shared, name, title, camera, forces: Mutex::default() }
+    }
+
+    /// Opens what was saved.
+    pub fn opened(py: Python<'_>, loaded: &Loaded, threads: usize) -> PyResult<Self> {
+        let runner = py.detach(|| Runner::open(loaded)).map_err(|error| core_error(py, error))?;
+        Ok(Simulation::of(loaded, runner, threads))
+    }
+
+    /// Reads something of the run, or changes it, while other threads of Python go on.
+    pub fn work<T: Send>(
+        &self,
+        py: Python<'_>,
+        act: impl FnOnce(&mut Runner) -> T + Send,
+    ) -> PyResult<T> {
+        self.shared.work(py, act)
+    }
+
+    /// The same for what the core may refuse.
+    pub fn try_work<T: Send>(
+        &self,
+        py: Python<'_>,
+        act: impl FnOnce(&mut Runner) -> Result<T, msd_core::Error> + Send,
+    ) -> PyResult<T> {
+        self.work(py, act)?.map_err(|error| core_error(py, error))
+    }
+
+    /// Takes steps, and lets Python see to signals in between.
+    pub fn advance(&self, py: Python<'_>, steps: u64) -> PyResult<()> {
+        let mut left = steps;
+        while 0 < left {
+            left = self.try_work(py, |runner| turn(runner, left))?;
+            py.check_signals()?;
+        }
+        Ok(())
+    }
+
+    pub fn queue(&self, py: Python<'_>, interaction: Interaction) -> PyResult<()> {
+        self.try_work(py, |runner| runner.queue(interaction))
+    }
+
+    /// Queues an interaction with what is selected.
+    pub fn queue_of(
+        &self,
+        py: Python<'_>,
+        of: &Of,
+        interaction: impl FnOnce(msd_core::Select) -> Interaction + Send,
+    ) -> PyResult<()> {
+        let queued = self.work(py, |runner| {
+            select(runner, of).map(|selected| runner.queue(interaction(selected)))
+        })?;
+        queued.map_err(|reason| refused(py, reason))?.map_err(|error| core_error(py, error))
+    }
+
+    pub fn callables(&self) -> MutexGuard<'_, Vec<Callable>> {
+        self.forces.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub fn saved(&self, py: Python<'_>) -> PyResult<Loaded> {
+        match self.callables().len() {
+            0 => self.work(py, |runner| runner.to_loaded(&self.name, &self.title)),
+            count => Err(error(
+                py,
+                format!(
+                    "the run has {count} forces that are callables, which a saved run does not \
+                     hold; save a run without them, and add them after loading"
+                ),
+            )),
+        }
+    }
+}
