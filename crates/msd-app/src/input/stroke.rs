@@ -12,8 +12,8 @@ use msd_run::{Runner, on};
 pub(super) fn crossed(viewport: &Viewport, runner: &Runner, stroke: [Pos2; 2]) -> Vec<usize> {
     on!(runner, simulation => {
         let snapshot = simulation.snapshot();
-        let to_clip = viewport.to_clip();
-        let points = snapshot.positions().map(|place| to_clip * place.to_f32().extend(1.0));
+        let clip_matrix = viewport.clip_matrix();
+        let points = snapshot.positions().map(|place| clip_matrix * place.to_f32().extend(1.0));
         let points: Vec<Vec4> = points.collect();
         let springs = snapshot.ends.iter().enumerate();
         let there = springs.filter(|&(spring, _)| !snapshot.is_cut(spring));

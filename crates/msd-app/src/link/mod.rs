@@ -92,7 +92,7 @@ impl Link {
     ///
     /// # Errors
     /// A line that names the file that is too large, or says that there are too many changes.
-    pub(crate) fn to_own(own: OwnScene, changes: Changes) -> Result<Self, String> {
+    pub fn to_own(own: OwnScene, changes: Changes) -> Result<Self, String> {
         let link = Link { scene: OWN.into(), own: None, changes: Some(changes) }.checked()?;
         own.encode(LONGEST.saturating_sub(link.to_string().len() + "&file=".len()))?;
         Ok(Link { scene: own.name(), own: Some(own), ..link })

@@ -37,7 +37,7 @@ impl Viewport {
 
     /// Returns the matrix from the scene to clip space, for [`Viewport::line`]: for many points,
     /// for which [`Viewport::project`] is too slow.
-    pub(crate) fn to_clip(&self) -> Mat4 {
+    pub(crate) fn clip_matrix(&self) -> Mat4 {
         self.camera.view_projection(self.aspect())
     }
 
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn a_line_ends_where_its_points_appear_and_is_cut_off_behind_the_camera() {
         let viewport = viewport();
-        let at = |point: Vec3| viewport.to_clip() * point.extend(1.0);
+        let at = |point: Vec3| viewport.clip_matrix() * point.extend(1.0);
         let (a, b) = (Vec3::new(1.0, 2.0, 0.5), Vec3::new(-3.0, 0.0, 1.0));
         let line = viewport.line([at(a), at(b)]).expect("in front");
         for (end, point) in line.into_iter().zip([a, b]) {
