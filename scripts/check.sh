@@ -2,8 +2,8 @@
 # Everything CI checks, in the order in which it is cheapest to fail. Run it from anywhere.
 #
 #   scripts/check.sh          all of it
-#   scripts/check.sh STEP...  some of it: fmt clippy doc test release examples bench bare
-#                             elsewhere wasm web deny; and python and miri, which are not part of "all"
+#   scripts/check.sh STEP...  some of it: fmt clippy doc test release examples bench bare elsewhere
+#                             wasm web package deny; and python and miri, which are not part of "all"
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -115,7 +115,7 @@ miri() {
 wasm() {
     (
         eval "$(sh scripts/wasm-toolchain.sh .toolchain)"
-        RUSTFLAGS=-Dwarnings cargo check --lib -p msd -p msd-core -p msd-scene -p msd-run -p msd-study \
+        RUSTFLAGS=-Dwarnings cargo check --lib -p msd-springs -p msd-core -p msd-scene -p msd-run -p msd-study \
             -p msd-report -p msd-render -p msd-film -p msd-app $WASM_CARGO_ARGS
         RUSTFLAGS=-Ctarget-feature=+simd128 cargo build --lib -p msd-core \
             --config profile.dev.package.msd-core.opt-level=1 $WASM_CARGO_ARGS
@@ -166,6 +166,9 @@ python() {
     rm -r "$out"
 }
 
+# What a registry would get of each library and of the program.
+package() { cargo package --quiet --workspace --exclude xtask --no-verify --allow-dirty; }
+
 # Licences and advisories need a tool and a database that a bare machine lacks.
 deny() {
     if command -v cargo-deny >/dev/null; then
@@ -183,10 +186,10 @@ run() {
 }
 
 steps=("$@")
-[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release examples bench bare elsewhere wasm web deny)
+[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release examples bench bare elsewhere wasm web package deny)
 for step in "${steps[@]}"; do
     case $step in
-    fmt | clippy | doc | examples | bench | bare | elsewhere | miri | python | wasm | web | deny) run "$step" "$step" ;;
+    fmt | clippy | doc | examples | bench | bare | elsewhere | miri | package | python | wasm | web | deny) run "$step" "$step" ;;
     test | release) run "$step" "test_$([ "$step" = test ] && echo debug || echo release)" ;;
     *)
         echo "check: unknown step $step" >&2

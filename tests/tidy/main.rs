@@ -155,8 +155,8 @@ fn packages(options: &str) -> usize {
 fn the_pages_say_how_many_packages_there_are() {
     let [core, facade, render, line, window, heard] = [
         "-p msd-core",
-        "-p msd",
-        "-p msd --features render",
+        "-p msd-springs",
+        "-p msd-springs --features render",
         "-p msd-app --no-default-features",
         "-p msd-app",
         "-p msd-app --features accessibility",

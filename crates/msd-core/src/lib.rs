@@ -214,3 +214,7 @@ pub use simulation::{
 };
 pub use system::hash::state_hash;
 pub use system::{Model, Snapshot, State};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

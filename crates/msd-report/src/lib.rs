@@ -21,3 +21,7 @@ mod tables;
 mod report;
 
 pub use report::{csv, drawing, html, png, svg};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -32,3 +32,7 @@ pub use quantity::EnergyReport;
 pub use runner::{Moment, Runner, Touched};
 pub use trace::Trace;
 pub use watch::{Cells, Finding, Kind, Overturned, Pierced, Piercing, Readings, Watch};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -51,3 +51,7 @@ pub use storage::{
     envelope, load_saved, load_state, read_saved, read_state, saved_bytes, write_saved, write_state,
 };
 pub use viewpoint::{Sight, Viewpoint};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

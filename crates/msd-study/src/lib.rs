@@ -35,3 +35,7 @@ pub use measure::{clock, errors, machine, reference, trial};
 pub use msd_run::quantity;
 pub use msd_scene::parts;
 pub use study::{ReferenceNote, Study, conduct, words};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
