@@ -12,7 +12,7 @@ use std::path::Path;
 
 fn missing(py: Python<'_>) -> PyErr {
     let todo = "pip install . -C maturin.build-args=\"--features pictures\"";
-    error(py, format!("this build of msd draws no pictures; in a checkout, run {todo}"))
+    error(py, format!("this build of msd cannot draw pictures; in a checkout, run {todo}"))
 }
 
 pub fn picture<'py>(
