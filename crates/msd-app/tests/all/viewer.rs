@@ -509,8 +509,8 @@ fn every_control_has_a_name() {
     harness.state_mut().session.set_wind(wind);
     harness.state_mut().command(Command::Help);
     harness.state_mut().command(Command::Guide);
-    harness.get_by_label_contains("Twin: ").click();
-    harness.get_by_label_contains("Trade: ").click();
+    harness.get_by_label_contains("Compare with ").click();
+    harness.get_by_label_contains("Accuracy vs. cost").click();
     let at = harness.state().session.position(0);
     harness.state_mut().session.grab(0, at);
     harness.run_steps(3);
