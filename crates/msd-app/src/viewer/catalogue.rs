@@ -17,7 +17,7 @@ pub struct Catalogue {
     /// The scenes, in the order of the list.
     pub entries: Vec<Entry>,
     /// Opens a scene by name; the error is a line for the user. `None` if a worker opens it and
-    /// [`Viewer::show_link`](super::Viewer::show_link) gets it later.
+    /// `Viewer::show_link` gets it later.
     pub open: fn(&str) -> Option<Result<Loaded, String>>,
 }
 
