@@ -12,7 +12,7 @@ use msd_study::quantity::{counted, number, quantity, rounded};
 pub fn run_inspect(arguments: &InspectArguments) -> Result<(), Failure> {
     let loaded = open_scene(&arguments.scene, &arguments.set.set)?;
     let refused = |error| Failure::input(format!("{}: {error}", shown_path(&arguments.scene)));
-    let notice = SlowNotice::new("computing the lowest modes of the bodies".to_owned());
+    let notice = SlowNotice::new("computing the slowest modes of the bodies".to_owned());
     let report = InspectReport::new(&loaded, set_keys(&arguments.set.set)).map_err(refused)?;
     drop(notice);
     if arguments.json {
@@ -63,8 +63,8 @@ fn body_lines(body: &Inspection, asked: Option<f64>) -> Vec<String> {
     if body.is_open {
         lines.push("  its volume is unknown: its surface has holes".into());
     }
-    // In the unit of the lowest modes.
-    lines.push(format!("  highest frequency {} Hz", number(body.fastest)));
+    // In the unit of the slowest modes.
+    lines.push(format!("  fastest mode {} Hz", number(body.fastest)));
     if let Some(first) = body.slowest.first() {
         let frequencies = body.slowest.iter().map(|slow| rounded(slow.frequency, 3));
         let frequencies: Vec<String> = frequencies.collect();
@@ -75,10 +75,10 @@ fn body_lines(body: &Inspection, asked: Option<f64>) -> Vec<String> {
                 format!(", {which}with a damping ratio of {}", rounded(ratio, 2))
             }
         };
-        let noun = if body.slowest.len() == 1 { "frequency" } else { "frequencies" };
-        lines.push(format!("  lowest {noun} {} Hz{damping}", frequencies.join(", ")));
+        let noun = if body.slowest.len() == 1 { "mode" } else { "modes" };
+        lines.push(format!("  slowest {noun} {} Hz{damping}", frequencies.join(", ")));
     }
-    lines.extend(body.slowest_unknown.map(|why| format!("  its lowest modes {why}")));
+    lines.extend(body.slowest_unknown.map(|why| format!("  its slowest modes {why}")));
     lines.extend(body.touch.iter().flat_map(touch_lines));
     lines
 }

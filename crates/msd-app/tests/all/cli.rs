@@ -362,8 +362,8 @@ fn inspect_prints_frequencies_in_one_unit() {
     std::fs::write(path.join("oscillator.toml"), oscillator).expect("a file");
     let slow = quiet(msd(path, &["inspect", "oscillator.toml"]));
     // w = sqrt(50 / 2) = 5 rad/s, and 1 / (2 x 2 x 5) of critical damping.
-    assert!(slow.contains("highest frequency 0.7958 Hz\n"), "{slow}");
-    assert!(slow.contains("lowest frequency 0.796 Hz, with a damping ratio of 0.05\n"), "{slow}");
+    assert!(slow.contains("fastest mode 0.7958 Hz\n"), "{slow}");
+    assert!(slow.contains("slowest mode 0.796 Hz, with a damping ratio of 0.05\n"), "{slow}");
     assert!(slow.contains("Young's modulus times cross-section 50 N in 2 directions"), "{slow}");
 }
 

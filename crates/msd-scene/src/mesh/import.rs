@@ -161,12 +161,11 @@ impl core::fmt::Display for MeshReport {
         }
         write!(
             f,
-            "{} vertices, {} triangles, {} component{}, {closed}: {} open edges, {} edges with \
+            "{} vertices, {} triangles, {} components, {closed}: {} open edges, {} edges with \
              more than two faces",
             self.vertices,
             self.triangles,
             self.components,
-            if self.components == 1 { "" } else { "s" },
             self.open_edges,
             self.non_manifold_edges
         )
