@@ -1,7 +1,7 @@
 //! `msd bench`: the speed of the workloads on which engines are compared.
 
 use super::arguments::{BenchArguments, Work};
-use super::failure::{Failure, say};
+use super::failure::{Failure, say, say_json};
 use super::places::Places;
 use super::run::{evaluations, explain_divergence, is_endless};
 use cpu_time::ProcessTime;
@@ -98,7 +98,7 @@ pub fn run_bench(arguments: &BenchArguments) -> Result<(), Failure> {
         Ok((report, output.map_or(Ok(()), write)))
     })?;
     let said = if arguments.json {
-        say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?)
+        say_json(&report)
     } else {
         say(&summary(&report, arguments, written.is_ok()))
     };

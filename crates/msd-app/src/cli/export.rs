@@ -1,7 +1,7 @@
 //! `msd export`: a run as a file for another program.
 
 use super::arguments::ExportArguments;
-use super::failure::{Failure, hush, note, say};
+use super::failure::{Failure, hush, say, say_json};
 use super::places::Places;
 use super::run::explain_end;
 use super::run::prepare::{Prepared, prepare};
@@ -55,9 +55,7 @@ pub fn run_export(arguments: &ExportArguments) -> Result<(), Failure> {
         )));
     }
     if is_between {
-        let warning = Moments::warning(settings, "--every");
-        note(&format!("warning: {warning}"));
-        prepared.warnings.push(warning);
+        prepared.add_warning(Moments::warning(settings, "--every"));
     }
     check_places(arguments, &prepared, format)?;
     let mut export = Export::begin(to, format, &prepared.runner).map_err(Failure::input)?;
@@ -88,7 +86,7 @@ pub fn run_export(arguments: &ExportArguments) -> Result<(), Failure> {
         warnings: prepared.warnings,
     };
     let said = match (json, quiet) {
-        (true, _) => say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?),
+        (true, _) => say_json(&report),
         (false, true) => Ok(()),
         (false, false) => say(&summary(&report)),
     };

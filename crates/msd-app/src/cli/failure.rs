@@ -1,5 +1,6 @@
 //! Failures of commands, their messages and exit codes, and output to the terminal.
 
+use serde::Serialize;
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
@@ -93,6 +94,11 @@ pub fn say(line: &str) -> Result<(), Failure> {
         }
         _ => Ok(()),
     }
+}
+
+/// Prints a value as JSON.
+pub fn say_json(value: &(impl Serialize + ?Sized)) -> Result<(), Failure> {
+    say(&serde_json::to_string_pretty(value).map_err(Failure::input)?)
 }
 
 /// Aligns a table: each column is as wide as its longest text, columns in `right` flush right.

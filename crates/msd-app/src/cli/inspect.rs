@@ -1,7 +1,7 @@
 //! `msd inspect`: mechanical properties of the bodies of a scene.
 
 use super::arguments::InspectArguments;
-use super::failure::{Failure, say};
+use super::failure::{Failure, say, say_json};
 use super::run::open_scene;
 use super::steps::SlowNotice;
 use msd_scene::{set_keys, shown_path, tame};
@@ -16,7 +16,7 @@ pub fn run_inspect(arguments: &InspectArguments) -> Result<(), Failure> {
     let report = InspectReport::new(&loaded, set_keys(&arguments.set.set)).map_err(refused)?;
     drop(notice);
     if arguments.json {
-        return say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?);
+        return say_json(&report);
     }
     let asked: Vec<_> = loaded.made.iter().map(|made| made.and_then(|made| made.young)).collect();
     say(&text(&report, &asked))

@@ -1,7 +1,7 @@
 //! `msd scenes`, `msd methods` and `msd schema`: built-in scenes, methods, and keys of scene files.
 
 use super::arguments::ListArguments;
-use super::failure::{Failure, aligned, say};
+use super::failure::{Failure, aligned, say, say_json};
 use msd_core::Integrator;
 use msd_scene::{BUILTINS, Builtin, json_schema};
 use serde::Serialize;
@@ -48,7 +48,7 @@ pub fn list_methods(arguments: &ListArguments) -> Result<(), Failure> {
 
 /// Prints the JSON Schema of scene files.
 pub fn print_schema() -> Result<(), Failure> {
-    say(&serde_json::to_string_pretty(&json_schema()).map_err(Failure::input)?)
+    say_json(&json_schema())
 }
 
 fn list<R: Serialize>(
@@ -57,7 +57,7 @@ fn list<R: Serialize>(
     cells: impl Fn(&R) -> [&'static str; 2],
 ) -> Result<(), Failure> {
     if arguments.json {
-        return say(&serde_json::to_string_pretty(rows).map_err(Failure::input)?);
+        return say_json(rows);
     }
     let rows: Vec<_> = rows.iter().map(|row| cells(row).map(str::to_owned)).collect();
     say(&aligned(&rows, &[]).join("\n"))

@@ -1,7 +1,7 @@
 //! `msd render`: a picture or a film of a scene, without a display.
 
 use crate::cli::arguments::{ColourBy, RenderArguments};
-use crate::cli::failure::{Failure, hush, note, say};
+use crate::cli::failure::{Failure, hush, say, say_json};
 use crate::cli::places::{Places, make_folder};
 use crate::cli::run::explain_end;
 use crate::cli::run::prepare::{Prepared, prepare};
@@ -90,7 +90,7 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
         warnings: prepared.warnings,
     };
     let said = match (arguments.json, arguments.quiet) {
-        (true, _) => say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?),
+        (true, _) => say_json(&report),
         (false, true) => Ok(()),
         (false, false) if frames == 0 => Ok(()),
         (false, false) => say(&line(&report, &path)),
@@ -142,9 +142,7 @@ fn steps(film: Option<Moments>, prepared: &mut Prepared) -> Result<Vec<u64>, Fai
     let settings = prepared.runner.settings();
     let (steps, is_between) = film.steps(settings, "--frames")?;
     if is_between {
-        let warning = Moments::warning(settings, "--frames");
-        note(&format!("warning: {warning}"));
-        prepared.warnings.push(warning);
+        prepared.add_warning(Moments::warning(settings, "--frames"));
     }
     Ok(steps)
 }

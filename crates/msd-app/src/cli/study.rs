@@ -1,7 +1,7 @@
 //! `msd study`: error against cost of a scene.
 
 use super::arguments::StudyArguments;
-use super::failure::{Failure, aligned, say};
+use super::failure::{Failure, aligned, say, say_json};
 use super::places::{Places, make_folder};
 use super::run::{explain_divergence, open_draft, open_scene};
 use super::steps::Terminal;
@@ -59,7 +59,7 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
     drop(terminal);
     failures.extend(write(&studied, &folder));
     let said = match arguments.json {
-        true => say(&serde_json::to_string_pretty(&studied).map_err(Failure::input)?),
+        true => say_json(&studied),
         false => say(&summary(&studied, &folder)),
     };
     failures.extend(said.err());
@@ -113,7 +113,7 @@ fn tell_terms(loaded: &Loaded, arguments: &StudyArguments) -> Result<(), Failure
         }
     })?;
     if arguments.json {
-        return say(&serde_json::to_string_pretty(&rows).map_err(Failure::input)?);
+        return say_json(&rows);
     }
     let lines: Vec<String> = rows.into_iter().map(|row| row.words).collect();
     say(&lines.join("\n"))

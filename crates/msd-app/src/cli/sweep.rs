@@ -1,7 +1,7 @@
 //! `msd sweep`: a scene over a grid of its keys.
 
 use super::arguments::SweepArguments;
-use super::failure::{self, Failure, say};
+use super::failure::{self, Failure, say, say_json};
 use super::places::Places;
 use super::run::link;
 use super::steps::Terminal;
@@ -130,7 +130,7 @@ fn tell(
     words: impl FnOnce() -> String,
 ) -> Result<(), Failure> {
     match json {
-        true => say(&serde_json::to_string_pretty(report).map_err(Failure::input)?),
+        true => say_json(report),
         false => say(&words()),
     }
 }

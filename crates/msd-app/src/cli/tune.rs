@@ -1,7 +1,7 @@
 //! `msd tune`: the cheapest setting within an error, or the most accurate within a budget.
 
 use super::arguments::TuneArguments;
-use super::failure::{Failure, say};
+use super::failure::{Failure, say, say_json};
 use super::run::open_scene;
 use super::steps::Terminal;
 use super::study::halted;
@@ -38,7 +38,7 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
     }
     let report = TuneReport::new(&loaded.name, set_keys(&arguments.set.set), &tuned);
     let report = TuneReport { written, ..report };
-    let said = say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?);
+    let said = say_json(&report);
     Failure::all(unwritten.into_iter().chain(said.err()).chain(ended))
 }
 

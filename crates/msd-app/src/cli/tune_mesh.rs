@@ -1,7 +1,7 @@
 //! `msd tune --mesh`: spacing and setting with a bounded total error.
 
 use super::arguments::TuneArguments;
-use super::failure::{Failure, say};
+use super::failure::{Failure, say, say_json};
 use super::run::open_draft;
 use super::steps::Terminal;
 use super::tune::{writable, write_choice};
@@ -78,7 +78,7 @@ pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Fa
             space: tuned.space,
             written,
         };
-        say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?)
+        say_json(&report)
     } else {
         let mut lines = summary(&name, &tuned, &keys);
         match (written, arguments.write) {

@@ -60,6 +60,12 @@ pub struct Prepared {
 }
 
 impl Prepared {
+    /// Prints a warning and keeps it.
+    pub fn add_warning(&mut self, warning: String) {
+        note(&format!("warning: {warning}"));
+        self.warnings.push(warning);
+    }
+
     /// Returns whether the user was warned about the step, with advice.
     pub fn is_advised(&self) -> bool {
         self.early.iter().any(|finding| matches!(finding.kind, Kind::StabilityLimit { .. }))
@@ -76,8 +82,7 @@ impl Prepared {
                 _ => finding.to_string(),
             })
             .collect();
-        late.iter().for_each(|warning| note(&format!("warning: {warning}")));
-        self.warnings.extend(late);
+        late.into_iter().for_each(|warning| self.add_warning(warning));
     }
 }
 
