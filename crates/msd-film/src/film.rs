@@ -179,7 +179,7 @@ impl FilmFile for Pictures {
 /// Writes a picture as PNG.
 ///
 /// # Errors
-/// What `output` does not take.
+/// Fails if `output` cannot be written.
 pub fn write_png(output: impl Write, image: &Image) -> Result<(), png::EncodingError> {
     let mut encoder = png::Encoder::new(output, image.width, image.height);
     encoder.set_color(png::ColorType::Rgba);

@@ -10,19 +10,19 @@ const SIZE: [f32; 2] = [1280.0, 720.0];
 /// Directions in which a camera that turns is asked whether all is in the picture.
 const DIRECTIONS: u16 = 24;
 
-/// What colours stand for in a scene unless the user says otherwise: in the flat squares the
-/// springs are what there is to see.
+/// Returns the default colours of a scene: strain in the flat squares, which consist mostly of
+/// springs.
 pub fn usual_colours(name: &str) -> Option<Quantity> {
     matches!(name, "square" | "square4").then_some(Quantity::Strain)
 }
 
-/// Turns a camera as the author of a scene wants it.
+/// Rotates a camera to the viewpoint of a scene.
 pub fn turn_to(camera: &mut Camera, Viewpoint { yaw_deg, pitch_deg, .. }: Viewpoint) {
     camera.yaw = yaw_deg.map_or(camera.yaw, radians);
     camera.pitch = pitch_deg.map_or(camera.pitch, radians);
 }
 
-/// Moves a camera to where the author of a scene wants it.
+/// Moves a camera to the viewpoint of a scene.
 pub fn go_to(camera: &mut Camera, Viewpoint { target, distance, .. }: Viewpoint) {
     let vector = |place: [f64; 3]| Vec3::from_array(place.map(|part| part as f32));
     camera.target = target.map_or(camera.target, vector);
@@ -83,7 +83,7 @@ impl Sighting {
             Some(Sight::Orbit(Some(rate))) => radians(rate * shot.lasting),
             _ => 0.0,
         };
-        // Who asks for another side wants to see it all.
+        // From another side, the whole scene is framed.
         let is_turned = shot.camera.is_some() || shot.yaw_deg.is_some() || shot.pitch_deg.is_some();
         let viewpoint = if is_turned { Viewpoint::default() } else { author };
         // Whoever gives an elevation may look up from below.
@@ -92,7 +92,7 @@ impl Sighting {
         Sighting { view, turn, aspect: width / height, viewpoint, ground }
     }
 
-    /// Shows all of a run as it is.
+    /// Frames the current state of a run.
     pub fn frame(&mut self, runner: &Runner) {
         self.frame_box(on!(runner, simulation => bounds_with_ground(&simulation.snapshot())));
     }
@@ -132,17 +132,18 @@ impl Sighting {
     }
 }
 
-/// What all frames of a film show, known once its run is over.
+/// The extent and the largest colour value of all frames of a film.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Seen {
     /// The box in which all particles are, metres.
     bounds: Option<(Vec3, Vec3)>,
-    /// The largest size of what colours stand for, in its unit.
+    /// Largest magnitude of the quantity of the colours, in its unit.
     largest: f64,
 }
 
-/// Runs ahead on a copy to find what the frames after these steps show. Ends where the run fails,
-/// as it will fail there again, or where `goes_on`, which is called with the steps taken, says so.
+/// Runs ahead on a copy and returns what the frames after these steps show.
+///
+/// Ends if a step fails, as it will fail again, or if `goes_on` of the steps taken returns false.
 pub fn seen(
     mut runner: Runner,
     (steps, colour_by): (&[u64], Option<Quantity>),

@@ -1,4 +1,4 @@
-//! Work that takes long: its progress goes to a callable, and Ctrl-C ends it.
+//! The monitor of long work: a callable receives progress, and Ctrl-C cancels it.
 
 use crate::errors::{core_error, error};
 use msd_study::monitor::{Halt, Monitor, Progress};
@@ -29,12 +29,12 @@ impl<'a> Caller<'a> {
         self.raised.is_none()
     }
 
-    /// What was raised.
+    /// Returns the exception of the callable or of a signal.
     pub fn raised(self) -> Option<PyErr> {
         self.raised
     }
 
-    /// What came of the work.
+    /// Returns the result of the work, or the exception that ended it.
     pub fn outcome<T>(&mut self, py: Python<'_>, done: Result<T, Halt>) -> PyResult<T> {
         match (self.raised.take(), done) {
             (Some(raised), _) => Err(raised),

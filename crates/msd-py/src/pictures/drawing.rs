@@ -50,7 +50,7 @@ impl Picture<'_, '_> {
         })
     }
 
-    /// What colours stand for.
+    /// Returns the quantity of the colours.
     fn quantity(&self, py: Python<'_>) -> PyResult<Option<Quantity>> {
         let Some(name) = self.colour else { return Ok(None) };
         let known = || Quantity::ALL.into_iter().filter(|&quantity| quantity != Quantity::Error);

@@ -8,8 +8,8 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
-/// What [`forks`] returns. A child has neither the threads
-/// of its parent nor the locks that they would have let go.
+/// Value of [`forks`]. A child has neither the threads of its parent nor the locks that they would
+/// have released.
 static FORKS: AtomicU32 = AtomicU32::new(0);
 
 /// How often this process or one that it descends from was forked.
