@@ -96,3 +96,46 @@ pub(crate) const fn bend(row: Row) -> Row {
     }
     bent
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn dot(a: &Row, b: &Row) -> f64 {
+        a.iter().zip(b).map(|(a, b)| a * b).sum()
+    }
+
+    /// A row of A times powers of the times, for each stage.
+    fn stages(of: &Row) -> Row {
+        core::array::from_fn(|stage| dot(&SLOPES[stage], of))
+    }
+
+    /// The conditions of order four on the weights at θ, one for each rooted tree of at most four
+    /// nodes: Σ b_i(θ) Φ_i = θ^nodes / γ (Hairer, Nørsett and Wanner, 1993, theorem II.6.1).
+    #[test]
+    fn the_interpolant_has_order_four_and_ends_in_the_method() {
+        let power = |exponent| TIMES.map(|time: f64| time.powi(exponent));
+        let (one, c) = (power(0), TIMES);
+        let product = |a: Row, b: Row| core::array::from_fn(|stage| a[stage] * b[stage]);
+        let trees = [
+            (one, 1, 1.0),
+            (c, 2, 2.0),
+            (power(2), 3, 3.0),
+            (stages(&c), 3, 6.0),
+            (power(3), 4, 4.0),
+            (product(c, stages(&c)), 4, 8.0),
+            (stages(&power(2)), 4, 12.0),
+            (stages(&stages(&c)), 4, 24.0),
+        ];
+        for fraction in [0.1, 0.25, 0.5, 0.75, 1.0_f64] {
+            let weights = dense_slope(fraction);
+            for (tree, nodes, density) in trees {
+                let exact = fraction.powi(nodes) / density;
+                let error = dot(&weights, &tree) - exact;
+                // Seven terms of at most five, each rounded a few times.
+                assert!(error.abs() <= 100.0 * f64::EPSILON, "{fraction}, {nodes}, {density}");
+            }
+        }
+        assert_eq!(dense_slope(1.0), SLOPES[STAGES - 1]);
+    }
+}
