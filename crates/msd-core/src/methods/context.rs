@@ -139,8 +139,16 @@ struct Calls<R: Real> {
     finish_substep: fn(&mut StepContext<'_, R>, f64),
 }
 
-static SINGLE: Calls<f32> = Calls::new();
-static DOUBLE: Calls<f64> = Calls::new();
+// Not statics: see `system/kinds.rs`.
+#[inline(never)]
+fn single() -> &'static Calls<f32> {
+    const { &Calls::new() }
+}
+
+#[inline(never)]
+fn double() -> &'static Calls<f64> {
+    const { &Calls::new() }
+}
 
 impl<R: Real> Calls<R> {
     const fn new() -> Self {
@@ -152,7 +160,7 @@ impl<R: Real> Calls<R> {
 
     /// The functions for a precision.
     fn of_precision() -> &'static Self {
-        of_type(&SINGLE, &DOUBLE)
+        of_type(single(), double())
     }
 }
 

@@ -30,8 +30,16 @@ pub(super) struct Compiled<R: Real> {
     pub(super) forces: fn(&Simulation<R>, &Columns<R>) -> Forces<R>,
 }
 
-static SINGLE: Compiled<f32> = Compiled::new();
-static DOUBLE: Compiled<f64> = Compiled::new();
+// Not statics: see `system/kinds.rs`.
+#[inline(never)]
+fn single() -> &'static Compiled<f32> {
+    const { &Compiled::new() }
+}
+
+#[inline(never)]
+fn double() -> &'static Compiled<f64> {
+    const { &Compiled::new() }
+}
 
 impl<R: Real> Compiled<R> {
     const fn new() -> Self {
@@ -49,6 +57,6 @@ impl<R: Real> Compiled<R> {
 
     /// The functions for a precision.
     pub(super) fn of_precision() -> &'static Self {
-        of_type(&SINGLE, &DOUBLE)
+        of_type(single(), double())
     }
 }

@@ -25,8 +25,17 @@ pub(super) struct Kinds<R: Real> {
     pub(super) beside_springs: fn(&mut Model<R>) -> BesideSprings<'_, R>,
 }
 
-static SINGLE: Kinds<f32> = Kinds::new();
-static DOUBLE: Kinds<f64> = Kinds::new();
+// Functions, not statics: a program compiles each static of its own crate, used or not, so the unit
+// tests would compile all of this again. Never inlined, or each caller would.
+#[inline(never)]
+fn single() -> &'static Kinds<f32> {
+    const { &Kinds::new() }
+}
+
+#[inline(never)]
+fn double() -> &'static Kinds<f64> {
+    const { &Kinds::new() }
+}
 
 impl<R: Real> Kinds<R> {
     const fn new() -> Self {
@@ -43,6 +52,6 @@ impl<R: Real> Kinds<R> {
 
     /// The functions for a precision.
     pub(super) fn of_precision() -> &'static Self {
-        of_type(&SINGLE, &DOUBLE)
+        of_type(single(), double())
     }
 }
