@@ -25,6 +25,14 @@ size = [2, 2, 2]
 stiffness = 50
 `;
 
+// The program that `scripts/check.sh test` builds, which must come to the same bits.
+function desktop() {
+  const msd = new URL('../target/debug/msd', import.meta.url).pathname;
+  if (existsSync(msd)) return msd;
+  assert(!process.env.MSD_REQUIRE_BROWSER, `${msd} is not built`);
+  console.log('    SKIPPED beside the desktop (build it with: cargo build --bin msd)');
+}
+
 const tests = {
   async 'the body is drawn'(page) {
     await page.go('#scene=cube');
@@ -116,8 +124,8 @@ const tests = {
     await page.page.click('[data-command=pause]');
     const { steps, landmarks, solver } = await page.until('a pause', now => now.paused);
     const [download] = await Promise.all([page.page.waitForEvent('download'), page.page.click('#save')]);
-    const msd = new URL('../target/release/msd', import.meta.url).pathname;
-    if (existsSync(msd)) {
+    const msd = desktop();
+    if (msd) {
       const [saved, written] = ['bunny.msd', name].map(file => join(page.folder, file));
       await download.saveAs(saved);
       await writeFile(written, text);
@@ -440,8 +448,8 @@ const tests = {
     await page.until('steps', now => begun.steps + 20 < now.steps);
     const [download] = await Promise.all([page.page.waitForEvent('download'), page.page.keyboard.press('F9')]);
     assert.equal(download.suggestedFilename(), 'chain-1.msdrec');
-    const msd = new URL('../target/release/msd', import.meta.url).pathname;
-    if (!existsSync(msd)) return console.log('    not replayed: there is no target/release/msd');
+    const msd = desktop();
+    if (!msd) return;
     const copy = join(page.folder, 'chain-1.msdrec');
     await download.saveAs(copy);
     const report = JSON.parse(execFileSync(msd, ['run', '--replay', copy, '--json']));
