@@ -3,13 +3,11 @@
 use super::arguments::ExportArguments;
 use super::failure::{Failure, hush, say, say_json};
 use super::places::Places;
-use super::run::explain_end;
+use super::run::follow;
 use super::run::prepare::{Prepared, prepare};
-use super::steps::Interrupt;
-use super::steps::Moments;
-use super::steps::Steps;
+use super::steps::{Interrupt, Moments};
 use msd_run::export::{Export, Format};
-use msd_scene::{FileError, SetKeys, set_keys, shown_path};
+use msd_scene::{SetKeys, set_keys, shown_path};
 use msd_study::quantity::{number, quantity};
 use serde::Serialize;
 use std::path::Path;
@@ -59,29 +57,21 @@ pub fn run_export(arguments: &ExportArguments) -> Result<(), Failure> {
     }
     check_places(arguments, &prepared, format)?;
     let mut export = Export::begin(to, format, &prepared.runner).map_err(Failure::input)?;
-    let ended = follow(&mut prepared, &mut export, (&steps, &interrupt));
+    let (_, ended) = follow(&mut prepared, (&steps, &interrupt), |runner, _| {
+        export.add(runner).map_err(Failure::input)
+    })?;
     let moments = export.finish(&prepared.runner).map_err(Failure::input)?;
-    let (name, time) = (prepared.name.clone(), prepared.runner.time());
-    let diverged = match ended {
-        ExportEnd::Diverged(error) => Some(explain_end(&prepared, error)),
-        ExportEnd::Unwritten(error) => return Err(Failure::input(error)),
-        ExportEnd::Interrupted => {
-            let told = format!("interrupted after {}", quantity(time, "s"));
-            Some(Failure::interrupted(format!("{told}; the output so far is written")))
-        }
-        ExportEnd::Done => None,
-    };
-    let is_interrupted = diverged.as_ref().is_some_and(Failure::is_interruption);
+    let interrupted = ended.as_ref().is_some_and(Failure::is_interruption);
     let report = ExportReport {
-        scene: name,
+        scene: prepared.name,
         set: set_keys(&set.set),
         files: format.files(to).iter().map(|file| shown_path(file)).collect(),
         format: format.ending(),
         moments,
         every: (!format.is_of_one_moment()).then_some(*every),
-        time,
-        diverged: diverged.is_some() && !is_interrupted,
-        interrupted: is_interrupted,
+        time: prepared.runner.time(),
+        diverged: ended.is_some() && !interrupted,
+        interrupted,
         notes: prepared.notes,
         warnings: prepared.warnings,
     };
@@ -90,42 +80,7 @@ pub fn run_export(arguments: &ExportArguments) -> Result<(), Failure> {
         (false, true) => Ok(()),
         (false, false) => say(&summary(&report)),
     };
-    Failure::all(said.err().into_iter().chain(diverged))
-}
-
-/// End of a run.
-enum ExportEnd {
-    Done,
-    Interrupted,
-    Diverged(msd_core::Error),
-    Unwritten(FileError),
-}
-
-/// Steps up to the last of the given moments and adds each of them to the file.
-fn follow(
-    prepared: &mut Prepared,
-    export: &mut Export,
-    (moments, interrupt): (&[u64], &Interrupt),
-) -> ExportEnd {
-    let mut moments = moments.iter().copied().peekable();
-    let mut progress = Steps::new(prepared.steps, &prepared.name);
-    for taken in 0..=prepared.steps {
-        if 0 < taken
-            && let Err(error) = prepared.runner.step()
-        {
-            return ExportEnd::Diverged(error);
-        }
-        if moments.next_if_eq(&taken).is_some()
-            && let Err(error) = export.add(&prepared.runner)
-        {
-            return ExportEnd::Unwritten(error);
-        }
-        if interrupt.is_asked() {
-            return ExportEnd::Interrupted;
-        }
-        progress.tell(taken);
-    }
-    ExportEnd::Done
+    Failure::all(said.err().into_iter().chain(ended))
 }
 
 /// Returns the format of a file by its extension.
@@ -147,9 +102,7 @@ fn check_places(
     prepared: &Prepared,
     format: Format,
 ) -> Result<(), Failure> {
-    let mut places = Places::default();
-    prepared.files.iter().for_each(|file| places.read("SCENE", file));
-    arguments.solver.from.iter().for_each(|state| places.read("--from", state));
+    let mut places = Places::of(&prepared.files, arguments.solver.from.as_deref());
     let files = format.files(&arguments.to);
     let options = ["--to", "the mesh of --to"];
     options.iter().zip(&files).try_for_each(|(option, file)| places.write(option, file))

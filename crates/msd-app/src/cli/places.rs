@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use msd_scene::{FileId, shown_path};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The files of a command, with their names on the command line.
 pub struct Places(Vec<(String, FileId)>);
@@ -16,6 +16,14 @@ impl Default for Places {
 }
 
 impl Places {
+    /// Contains the files of a scene and the saved run that it continues from, too.
+    pub fn of(scene: &[PathBuf], from: Option<&Path>) -> Self {
+        let mut places = Places::default();
+        scene.iter().for_each(|file| places.read("SCENE", file));
+        from.iter().for_each(|state| places.read("--from", state));
+        places
+    }
+
     /// Adds a file that is read.
     pub fn read(&mut self, option: &str, path: &Path) {
         self.0.extend(FileId::of(path).map(|id| (option.into(), id)));

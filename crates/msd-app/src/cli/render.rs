@@ -3,15 +3,12 @@
 use crate::cli::arguments::{ColourBy, RenderArguments};
 use crate::cli::failure::{Failure, hush, say, say_json};
 use crate::cli::places::{Places, make_folder};
-use crate::cli::run::explain_end;
+use crate::cli::run::follow;
 use crate::cli::run::prepare::{Prepared, prepare};
-use crate::cli::steps::Interrupt;
-use crate::cli::steps::Moments;
-use crate::cli::steps::Steps;
-use msd_core::Error;
+use crate::cli::steps::{Interrupt, Moments, Steps};
 use msd_film::{About, Kind, Seen, Shot, Sighting, begin, open_gpu, seen, usual_colours};
 use msd_render::{Offscreen, Quantity, Style};
-use msd_run::{Runner, on};
+use msd_run::on;
 use msd_scene::{SetKeys, set_keys, shown_path};
 use msd_study::quantity::quantity;
 use serde::Serialize;
@@ -64,18 +61,17 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     if film.is_some() {
         look.frame_film(look_ahead(&prepared, shot.style.colour_by, (&steps, &interrupt)));
     }
-    let mut shoot = |runner: &Runner, part: f64| {
+    let last = steps.len();
+    let (frames, ended) = follow(&mut prepared, (&steps, &interrupt), |runner, frame| {
         if film.is_none() {
             look.frame(runner);
         }
-        let view = look.view(part);
+        let view = look.view(frame as f64 / last as f64);
         let image = on!(runner, simulation => screen.render(&simulation.snapshot(), &view));
         output.add(image.map_err(Failure::input)?).map_err(Failure::input)
-    };
-    let (frames, ended) = follow(&mut prepared, &mut shoot, (&steps, &interrupt))?;
+    })?;
     output.finish().map_err(Failure::input)?;
-    let interrupted = matches!(ended, FilmEnd::Interrupted);
-    let ended = failure(ended, &prepared, frames);
+    let interrupted = ended.as_ref().is_some_and(Failure::is_interruption);
     let report = RenderReport {
         scene: prepared.name,
         set: set_keys(&set.set),
@@ -147,19 +143,6 @@ fn steps(film: Option<Moments>, prepared: &mut Prepared) -> Result<Vec<u64>, Fai
     Ok(steps)
 }
 
-/// Returns the failure of a run that ended early.
-fn failure(ended: FilmEnd, prepared: &Prepared, frames: usize) -> Option<Failure> {
-    match ended {
-        FilmEnd::Diverged(error) => Some(explain_end(prepared, error)),
-        FilmEnd::Interrupted => {
-            let time = quantity(prepared.runner.time(), "s");
-            let told = format!("interrupted after {time}; {frames} frames are written");
-            Some(Failure::interrupted(told))
-        }
-        FilmEnd::Done => None,
-    }
-}
-
 fn line(report: &RenderReport, path: &Path) -> String {
     let RenderReport { scene, frames, size: [width, height], every, time, .. } = report;
     let (path, time) = (shown_path(path), quantity(*time, "s"));
@@ -178,9 +161,7 @@ fn check_places(
     prepared: &Prepared,
     (path, kind, frames): (&Path, &Kind, usize),
 ) -> Result<(), Failure> {
-    let mut places = Places::default();
-    prepared.files.iter().for_each(|file| places.read("SCENE", file));
-    arguments.solver.from.iter().for_each(|state| places.read("--from", state));
+    let mut places = Places::of(&prepared.files, arguments.solver.from.as_deref());
     if !matches!(kind, Kind::Numbered(..)) {
         return places.write("--out", path);
     }
@@ -189,45 +170,4 @@ fn check_places(
         make_folder(folder)?;
     }
     (0..frames).try_for_each(|number| places.write("--out", &frame(number)))
-}
-
-/// End of a run.
-enum FilmEnd {
-    Done,
-    Interrupted,
-    Diverged(Error),
-}
-
-/// Steps up to the last frame and renders each frame; returns their number.
-fn follow(
-    prepared: &mut Prepared,
-    shoot: &mut dyn FnMut(&Runner, f64) -> Result<(), Failure>,
-    (steps, interrupt): (&[u64], &Interrupt),
-) -> Result<(usize, FilmEnd), Failure> {
-    let what = if steps.len() == 1 { &prepared.name } else { "frames" };
-    let is_film = 1 < steps.len();
-    let mut progress = Steps::new(if is_film { steps.len() as u64 } else { prepared.steps }, what);
-    let mut taken = 0;
-    for (frame, &step) in steps.iter().enumerate() {
-        while taken < step {
-            if let Err(error) = prepared.runner.step() {
-                return Ok((frame, FilmEnd::Diverged(error)));
-            }
-            taken += 1;
-            if interrupt.is_asked() {
-                return Ok((frame, FilmEnd::Interrupted));
-            }
-            if !is_film {
-                progress.tell(taken);
-            }
-        }
-        shoot(&prepared.runner, frame as f64 / steps.len() as f64)?;
-        if is_film {
-            progress.tell(frame as u64 + 1);
-        }
-        if interrupt.is_asked() && frame + 1 < steps.len() {
-            return Ok((frame + 1, FilmEnd::Interrupted));
-        }
-    }
-    Ok((steps.len(), FilmEnd::Done))
 }

@@ -24,8 +24,7 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
     let folder = arguments.out.clone();
     let folder = folder.unwrap_or_else(|| PathBuf::from(format!("{}-study", loaded.name)));
     make_folder(&folder)?;
-    let mut places = Places::default();
-    loaded.files.iter().for_each(|file| places.read("SCENE", file));
+    let mut places = Places::of(&loaded.files, None);
     FILES.into_iter().try_for_each(|name| places.write("--out", &folder.join(name)))?;
     let plan = Plan {
         duration: arguments.duration,

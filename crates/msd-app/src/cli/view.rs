@@ -32,9 +32,7 @@ pub fn view(ViewArguments { scene, set, solver }: ViewArguments) -> Result<(), F
         let frame = if solver.step == Some(Step::Auto) { FRAME } else { 0.0 };
         into_loaded(prepare((&scene, &set), &solver, ("--step", frame))?)
     };
-    let mut places = Places::default();
-    loaded.files.iter().for_each(|file| places.read("SCENE", file));
-    solver.from.iter().for_each(|state| places.read("--from", state));
+    let mut places = Places::of(&loaded.files, solver.from.as_deref());
     if is_set {
         // The file no longer matches, and must not be saved or linked instead.
         loaded.files.clear();

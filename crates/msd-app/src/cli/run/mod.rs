@@ -5,7 +5,9 @@ pub mod prepare;
 mod report;
 mod files;
 mod replay;
+mod follow;
 
+pub use follow::follow;
 pub use prepare::{is_endless, link, open_draft, open_scene};
 pub use replay::replay;
 pub use report::evaluations;
@@ -123,12 +125,6 @@ fn step_all(
     }
     done.wall = wall.as_secs_f64();
     (done, failed)
-}
-
-/// Explains why a prepared run stopped by itself, with advice.
-pub fn explain_end(prepared: &Prepared, error: Error) -> Failure {
-    let advice = late_advice(prepared, Some(&error));
-    explain_divergence(&prepared.name, error, advice.as_deref())
 }
 
 /// Explains a divergence. Empty advice was given before the run; without advice, the message
