@@ -49,7 +49,7 @@ async function times(way) {
 const path = `${root}docs/reference/browser.md`;
 const [before, rest] = (await readFile(path, 'utf8')).split('<!-- begin start -->\n');
 const [, after] = rest.split('<!-- end start -->');
-const table = '| drawn by | program there, s | first picture, s | first motion, s |\n|---|---|---|---|\n'
+const table = '| drawn by | program loaded, s | first picture, s | first motion, s |\n|---|---|---|---|\n'
   + `${rows.join('\n')}\n\n${version}, ${new Date().toISOString().slice(0, 10)}; `
   + `${loadavg()[0].toFixed(0)} programs shared ${cpus().length} cores.\n`;
 await writeFile(path, `${before}<!-- begin start -->\n${table}<!-- end start -->${after}`);
