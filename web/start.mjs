@@ -1,23 +1,17 @@
-// Measures the time until a first visitor sees motion, with either graphics API, and writes the
-// table in docs/reference/browser.md: node web/start.mjs, after scripts/web.sh. The server is
-// local.
-import { readFile, writeFile } from 'node:fs/promises';
-import { cpus, loadavg } from 'node:os';
+// Measures the time until a first visitor sees motion, with either graphics API, and prints a row
+// for each: node web/start.mjs, after scripts/web.sh. The server is local.
 import { Page, WAYS, executable, serve } from './browser.mjs';
 
 const VISITS = 5;
 
-const root = new URL('..', import.meta.url).pathname;
 const { server, url } = await serve();
-const rows = [];
-let version;
+console.log('| drawn by | program loaded, s | first picture, s | first motion, s |');
 for (const way of Object.keys(WAYS)) {
   const visits = [];
   for (let visit = 0; visit < VISITS; visit++) visits.push(await times(way));
   const median = visits[0].map((_, column) => visits.map(row => row[column]).sort((a, b) => a - b)[VISITS >> 1]);
   const name = { webgpu: 'WebGPU', webgl2: 'WebGL2' }[way];
-  rows.push(`| ${name} | ${median.map(time => (time / 1000).toFixed(2)).join(' | ')} |`);
-  console.log(rows.at(-1));
+  console.log(`| ${name} | ${median.map(time => (time / 1000).toFixed(2)).join(' | ')} |`);
 }
 server.close();
 
@@ -25,7 +19,6 @@ server.close();
 // and the first frame after a step.
 async function times(way) {
   const page = await Page.open(executable, way, WAYS[way], url);
-  version = (await page.cdp.send('Browser.getVersion')).product.replace('/', ' ');
   await page.page.addInitScript(() => {
     const look = async () => {
       if (document.documentElement?.dataset.first && 0 < (await window.msd.status()).steps) {
@@ -45,11 +38,3 @@ async function times(way) {
   await page.close();
   return seen;
 }
-
-const path = `${root}docs/reference/browser.md`;
-const [before, rest] = (await readFile(path, 'utf8')).split('<!-- begin start -->\n');
-const [, after] = rest.split('<!-- end start -->');
-const table = '| drawn by | program there, s | first picture, s | first motion, s |\n|---|---|---|---|\n'
-  + `${rows.join('\n')}\n\n${version}, ${new Date().toISOString().slice(0, 10)}; `
-  + `${loadavg()[0].toFixed(0)} programs shared ${cpus().length} cores.\n`;
-await writeFile(path, `${before}<!-- begin start -->\n${table}<!-- end start -->${after}`);

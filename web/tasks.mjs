@@ -1,9 +1,8 @@
 // Measures how long the page does not respond while it opens each built-in scene and runs it for 3
-// s, and writes the table in docs/reference/browser.md: node web/tasks.mjs, after scripts/web.sh.
+// s, and prints a row for each: node web/tasks.mjs, after scripts/web.sh.
 //
 // The unit is CPU time, which other programs do not affect: the browser traces the tasks of the
 // page's thread.
-import { readFile, writeFile } from 'node:fs/promises';
 import { Page, WAYS, automatic, executable, serve } from './browser.mjs';
 
 const CATEGORIES = ['toplevel', 'disabled-by-default-devtools.timeline', 'devtools.timeline'];
@@ -31,13 +30,12 @@ async function longest(page, act) {
   return Math.max(...tasks.map(({ tdur }) => (tdur ?? 0) / 1000));
 }
 
-const root = new URL('..', import.meta.url).pathname;
 const { server, url } = await serve();
 const page = await Page.open(executable, 'webgpu', WAYS.webgpu, url);
 const loading = await longest(page, () => page.go('#scene=cube'));
 console.log(`the page itself: ${loading.toFixed(0)} ms`);
 const scenes = await page.page.evaluate(() => window.msd.msd.scenes().split('\n').map(line => line.split(' ')[0]));
-const rows = [`| the page itself, with \`cube\` | ${loading.toFixed(0)} | |`];
+console.log('| scene | opening, ms | running, ms |');
 for (const scene of scenes) {
   // Another scene first: reopening the same name would not load it.
   await page.page.evaluate(other => window.msd.open(`#scene=${other}`), scene === 'square' ? 'chain' : 'square');
@@ -48,8 +46,7 @@ for (const scene of scenes) {
     await page.frames(2);
   });
   const running = await longest(page, () => page.page.waitForTimeout(3000));
-  rows.push(`| ${scene} | ${opening.toFixed(0)} | ${running.toFixed(0)} |`);
-  console.log(rows.at(-1));
+  console.log(`| ${scene} | ${opening.toFixed(0)} | ${running.toFixed(0)} |`);
 }
 // A prediction chooses automatic substeps at the start and after a change.
 for (const scene of ['bunny', 'foam']) {
@@ -66,16 +63,7 @@ for (const scene of ['bunny', 'foam']) {
     await page.drag([left + 40, top + height / 2], [6, 0]);
     await page.page.waitForTimeout(3000);
   });
-  rows.push(`| ${scene}, with automatic substeps, made stiffer | ${opening.toFixed(0)} | ${running.toFixed(0)} |`);
-  console.log(rows.at(-1));
+  console.log(`| ${scene}, automatic, made stiffer | ${opening.toFixed(0)} | ${running.toFixed(0)} |`);
 }
-const version = await page.cdp.send('Browser.getVersion');
 await page.close();
 server.close();
-
-const path = `${root}docs/reference/browser.md`;
-const [before, rest] = (await readFile(path, 'utf8')).split('<!-- begin tasks -->\n');
-const [, after] = rest.split('<!-- end tasks -->');
-const table = '| scene | opening, ms | running, ms |\n|---|---|---|\n'
-  + `${rows.join('\n')}\n\n${version.product.replace('/', ' ')}, ${new Date().toISOString().slice(0, 10)}.\n`;
-await writeFile(path, `${before}<!-- begin tasks -->\n${table}<!-- end tasks -->${after}`);

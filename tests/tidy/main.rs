@@ -166,8 +166,8 @@ fn the_pages_say_how_many_packages_there_are() {
         (
             "README.md",
             [
-                format!("The core is {core} packages with itself"),
-                format!("studies ({facade} packages: "),
+                format!("has {core} packages, itself included"),
+                format!("studies ({facade} packages)"),
                 format!("`msd::render` ({render})"),
             ],
         ),
