@@ -55,8 +55,8 @@ const fn gelatine(
     Named {
         name,
         numbers: Numbers::Uniform { young, poisson, density, relaxation_time },
-        source: "Nguyen and others, Ultrasound in Medicine and Biology 40 (2014) 168, abstract: \
-                 phantoms without oil",
+        source: "Nguyen and others, Ultrasound Med. Biol. 40 (2014) 168, abstract: phantoms \
+                 without oil",
         remarks,
     }
 }
@@ -154,10 +154,9 @@ pub const MATERIALS: [Named; 10] = [
         numbers: denim(),
         source: "Wang, O'Brien and Ramamoorthi, ACM Trans. Graph. 30 (2011) 71: 11 oz black denim, \
                  99 % cotton",
-        remarks: "a fit to samples pulled by weights, as distributed with ARCSim: the first row of \
-                  its table of stretching, that of the smallest strains; the first column of its \
-                  table of bending, that of the smallest curvatures; the stiffer direction taken \
-                  for the warp",
+        remarks: "fitted by ARCSim to samples pulled by weights: the first row of its stretching \
+                  table (smallest strains) and the first column of its bending table (smallest \
+                  curvatures); the stiffer direction is the warp",
     },
     Named {
         name: "aluminium",
