@@ -86,11 +86,11 @@ rows! {
         mass: Option<f64> = "1"
             { unit: "kg", domain: Domain::Mass, scale: Scale::SHARE, live: Live::Mass },
         /// Stiffness of each spring: force per change of length.
-        stiffness: Option<f64> = "1000; for a closed mesh 200"
+        stiffness: Option<f64> = "1000; for a closed mesh 200, for an open mesh 1000"
             { unit: "N/m", domain: Domain::NotNegative, scale: Scale::SPRING,
               live: Live::Stiffness },
         /// Damping of each spring along its direction: force per stretch rate.
-        damping: Option<f64> = "0; for a closed mesh 0.04, an open mesh 0.2"
+        damping: Option<f64> = "0; for a closed mesh 0.04, for an open mesh 0.2"
             { unit: "N s/m", domain: Domain::NotNegative, scale: Scale::SPRING,
               live: Live::Damping },
         /// Factor on the rest lengths of its springs; below 1 the body starts in tension.
