@@ -174,8 +174,8 @@ fn the_pages_say_how_many_packages_there_are() {
         (
             "ARCHITECTURE.md",
             [
-                format!("without which it is {facade} packages instead of {render}"),
-                format!("--no-default-features` has {line} packages instead of {window}"),
+                format!("({facade} packages without it, {render} with it)"),
+                format!("--no-default-features` builds {line} packages instead of {window}"),
                 format!("It adds {} packages on Linux", heard - window),
             ],
         ),

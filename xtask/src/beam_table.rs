@@ -67,9 +67,10 @@ pub fn beam_table() -> Result<Vec<BeamRow>, Error> {
 
 /// The rows as a table of Markdown.
 pub fn text(rows: &[BeamRow]) -> String {
-    let mut table = "| cells across | deflection | first frequency | deflection, alike springs |\n\
+    let mut table =
+        "| cells across | deflection | first frequency | deflection, identical springs |\n\
                      |---|---|---|---|\n"
-        .to_string();
+            .to_string();
     for BeamRow { cells, deflection, frequency, alike, .. } in rows {
         table += &format!("| {cells} | {deflection:+.1} % | {frequency:+.1} % | {alike:+.0} % |\n");
     }

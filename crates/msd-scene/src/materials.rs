@@ -46,16 +46,18 @@ pub enum Numbers {
 }
 
 /// A gel of gelatine in water by its shear modulus: it keeps its volume, so that E = 3 G.
-const fn gelatine(name: &'static str, shear: f64, relaxation_time: f64) -> Named {
+const fn gelatine(
+    name: &'static str,
+    (shear, relaxation_time): (f64, f64),
+    remarks: &'static str,
+) -> Named {
     let (young, poisson, density) = (3.0 * shear, 0.5, 998.0);
     Named {
         name,
         numbers: Numbers::Uniform { young, poisson, density, relaxation_time },
-        source: "Nguyen and others, Ultrasound in Medicine and Biology 40 (2014) 168, abstract: \
-                 phantoms without oil",
-        remarks: "shear modulus by shear waves at 3, 4, 5, 6 and 7 % of gelatine in water, 2.01 ± \
-                  0.26, 3.10 ± 0.34, 4.18 ± 0.84, 8.05 ± 1.00 and 10.24 ± 1.80 kPa, as E = 3 G; \
-                  viscosity of 3 % only, 0.60 ± 0.11 Pa s; the density is that of water",
+        source: "Nguyen and others, Ultrasound Med. Biol. 40 (2014) 168, abstract: phantoms \
+                 without oil",
+        remarks,
     }
 }
 
@@ -107,11 +109,32 @@ const fn denim() -> Numbers {
 
 /// The materials, soft ones first.
 pub const MATERIALS: [Named; 10] = [
-    gelatine("gelatine-3%", 2010.0, 0.60 / 2010.0),
-    gelatine("gelatine-4%", 3100.0, 0.0),
-    gelatine("gelatine-5%", 4180.0, 0.0),
-    gelatine("gelatine-6%", 8050.0, 0.0),
-    gelatine("gelatine-7%", 10_240.0, 0.0),
+    gelatine(
+        "gelatine-3%",
+        (2010.0, 0.60 / 2010.0),
+        "shear modulus by shear waves, 2.01 ± 0.26 kPa, as E = 3 G; viscosity 0.60 ± 0.11 Pa s; \
+         density of water",
+    ),
+    gelatine(
+        "gelatine-4%",
+        (3100.0, 0.0),
+        "shear modulus by shear waves, 3.10 ± 0.34 kPa, as E = 3 G; density of water",
+    ),
+    gelatine(
+        "gelatine-5%",
+        (4180.0, 0.0),
+        "shear modulus by shear waves, 4.18 ± 0.84 kPa, as E = 3 G; density of water",
+    ),
+    gelatine(
+        "gelatine-6%",
+        (8050.0, 0.0),
+        "shear modulus by shear waves, 8.05 ± 1.00 kPa, as E = 3 G; density of water",
+    ),
+    gelatine(
+        "gelatine-7%",
+        (10_240.0, 0.0),
+        "shear modulus by shear waves, 10.24 ± 1.80 kPa, as E = 3 G; density of water",
+    ),
     Named {
         name: "sylgard-184",
         numbers: uniform(1.32e6, 0.5, 1030.0),
@@ -131,10 +154,9 @@ pub const MATERIALS: [Named; 10] = [
         numbers: denim(),
         source: "Wang, O'Brien and Ramamoorthi, ACM Trans. Graph. 30 (2011) 71: 11 oz black denim, \
                  99 % cotton",
-        remarks: "a fit to samples pulled by weights, as distributed with ARCSim: the first row of \
-                  its table of stretching, that of the smallest strains; the first column of its \
-                  table of bending, that of the smallest curvatures; the stiffer direction taken \
-                  for the warp",
+        remarks: "fitted by ARCSim to samples pulled by weights: the first row of its stretching \
+                  table (smallest strains) and the first column of its bending table (smallest \
+                  curvatures); the stiffer direction is the warp",
     },
     Named {
         name: "aluminium",

@@ -25,7 +25,7 @@ pub fn hardships(extremes: &Extremes) -> String {
     table + "\n"
 }
 
-/// A verdict in a few words.
+/// A verdict in a few words; of a body that keeps its shape, its strain alone.
 fn said(row: &Row, verdict: &Verdict) -> String {
     let kept = verdict.outcome == Outcome::Accurate;
     let error = verdict.error.map(|error| match error {
@@ -35,7 +35,7 @@ fn said(row: &Row, verdict: &Verdict) -> String {
         error => format!("{error:.0e}×"),
     });
     match (error, row.strain) {
-        (Some(error), true) if kept => format!("keeps shape, {error}"),
+        (Some(error), true) if kept => error,
         (Some(error), false) if kept => format!("accurate, {error}"),
         (Some(error), _) => format!("{}, {error}", verdict.outcome.name()),
         (None, _) => verdict.outcome.name().to_owned(),

@@ -259,7 +259,7 @@ fn the_documentation_has_the_defaults_of_meshes() {
         (solid.stiffness, closed.stiffness, open.stiffness),
         (solid.damping, closed.damping, open.damping),
     ] {
-        let told = format!("| {plain}; of a closed mesh {closed}, of an open mesh {open} |");
+        let told = format!("| {plain}; for a closed mesh {closed}, for an open mesh {open} |");
         assert!(docs.contains(&told), "{told}");
     }
     let shell = scene("kind = 'mesh'\nfile = 'teapot.obj'");

@@ -202,7 +202,7 @@ fn real_meshes_stretch_and_bend_by_the_figures_of_the_documentation() {
     let mut lacking = Vec::new();
     for (name, mesh) in [
         ("equilateral triangles", rows([250, 250], true, |x| x)),
-        ("half squares, all cut one way", rows([250, 250], false, |x| x)),
+        ("squares, all cut along one diagonal", rows([250, 250], false, |x| x)),
         ("the bunny", bunny()),
         ("the teapot", teapot),
     ] {

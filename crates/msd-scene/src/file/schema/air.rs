@@ -9,10 +9,10 @@ rows! {
         density: Option<f64> = "1.2" { unit: "kg/m³", domain: Domain::NotNegative },
         /// Velocity of the mean wind.
         velocity: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m/s", domain: Domain::Vector },
-        /// Drag coefficient C_d of a sheet that is face-on to the wind.
+        /// Drag coefficient C_d of a sheet that faces the wind.
         drag: Option<f64> = "1.2, that of a square plate" { domain: Domain::NotNegative },
-        /// Lift coefficient C_l, at most `drag`. A sheet edge-on has the drag coefficient C_d −
-        /// C_l.
+        /// Lift coefficient C_l, at most `drag`. A sheet edge-on to the wind has the drag
+        /// coefficient C_d − C_l.
         lift: Option<f64> = "0.98 times `drag`" { domain: Domain::NotNegative },
         /// Gusts in addition to the mean wind.
         gust: Option<GustRow> = "none",

@@ -65,17 +65,17 @@ rows! {
         /// Mesh file, relative to the scene file: `.obj`, `.stl`, `.ply`, `.gltf`, `.glb`.
         /// `bunny.obj` and `teapot.obj` are built in and need no file.
         file: Option<String> = "required" { kinds: &["mesh"], needed: &["mesh"] },
-        /// `solid`: a lattice inside the surface, whose holes are taken for closed; `shell`: the
-        /// surface alone; `auto`: solid if the mesh is closed. Closed parts of a file that touch
-        /// are not joined.
+        /// `solid`: a lattice inside the surface, with holes of the surface treated as closed;
+        /// `shell`: the surface alone; `auto`: solid if the mesh is closed. msd does not join
+        /// closed parts of a file that touch.
         filling: Option<Filling> = "`auto`" { kinds: &["mesh"] },
         /// Longest side of the box around the mesh.
         length: Option<f64> = "1" { unit: "m", domain: Domain::Positive, kinds: &["mesh"] },
-        /// Of a mesh: stiffness and damping of the springs of a shell that resist bending, as a
-        /// fraction of those of the others. Of a cloth, a shell or a rope of a material: bending
-        /// stiffness, N m per width of a cloth or a shell, N m² of a rope.
-        bending: Option<f64> = "of a mesh 1; of a uniform cloth or shell E t³/(12 (1 − 1/9)), of a \
-                                woven one 0; of a rope E π d⁴/64"
+        /// For a shell without a material: stiffness and damping of the springs that resist
+        /// bending, as a fraction of those of the other springs. With a material: bending
+        /// stiffness, N m for a cloth or a shell, N m² for a rope.
+        bending: Option<f64> = "without a material 1; uniform cloth or shell E t³/(12 (1 − 1/9)), \
+                                woven 0; rope E π d⁴/64"
             { domain: Domain::NotNegative, kinds: &["rope", "cloth", "mesh"] },
         /// The particles.
         particles: Vec<ParticleRow> = "required"
@@ -86,11 +86,11 @@ rows! {
         mass: Option<f64> = "1"
             { unit: "kg", domain: Domain::Mass, scale: Scale::SHARE, live: Live::Mass },
         /// Stiffness of each spring: force per change of length.
-        stiffness: Option<f64> = "1000; of a closed mesh 200, of an open mesh 1000"
+        stiffness: Option<f64> = "1000; for a closed mesh 200, for an open mesh 1000"
             { unit: "N/m", domain: Domain::NotNegative, scale: Scale::SPRING,
               live: Live::Stiffness },
         /// Damping of each spring along its direction: force per stretch rate.
-        damping: Option<f64> = "0; of a closed mesh 0.04, of an open mesh 0.2"
+        damping: Option<f64> = "0; for a closed mesh 0.04, for an open mesh 0.2"
             { unit: "N s/m", domain: Domain::NotNegative, scale: Scale::SPRING,
               live: Live::Damping },
         /// Factor on the rest lengths of its springs; below 1 the body starts in tension.
@@ -98,7 +98,7 @@ rows! {
         /// Place of the origin of the body: the centre of a lattice or of the box around a mesh,
         /// (0, 0, 0) in an explicit body.
         position: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m", domain: Domain::Place },
-        /// Rotation about that origin, before the body is moved.
+        /// Rotation about that origin, before `position` moves the body.
         rotation: Option<RotationRow> = "none",
         /// Velocity of every particle.
         velocity: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m/s", domain: Domain::Vector },
@@ -117,24 +117,23 @@ rows! {
         /// Young's modulus.
         young: Option<f64> = "that of the material"
             { unit: "Pa", domain: Domain::Positive, kinds: SPACED, live: Live::Young },
-        /// Poisson's ratio. Of a block 0 to 0.45; its cells resist a change of volume too, unless
-        /// it is 1/4, that of springs. Of a mesh 1/4; of a cloth or a shell 1/3.
-        poisson: Option<f64> = "that of springs: 1/4 of a block or a mesh, 1/3 of a cloth or a \
-                                shell"
+        /// Poisson's ratio. For a block 0 to 0.45; unless it is 1/4, the ratio of springs alone,
+        /// cells also resist a change of volume. For a solid mesh 1/4; for a cloth or a shell 1/3.
+        poisson: Option<f64> = "1/4 for a block or a solid mesh, 1/3 for a cloth or a shell"
             { domain: Domain::Finite, kinds: BROAD },
         /// Density: mass per volume.
         density: Option<f64> = "that of the material"
             { unit: "kg/m³", domain: Domain::Positive, kinds: SPACED, live: Live::Density,
               instead_of: &["area_density"] },
-        /// Relaxation time, viscosity over modulus (Kelvin and Voigt), and damping of a spring over
-        /// its stiffness.
+        /// Relaxation time: viscosity divided by modulus (Kelvin-Voigt), or damping of a spring
+        /// divided by its stiffness.
         relaxation_time: Option<f64> = "that of the material, or 0"
             { unit: "s", domain: Domain::NotNegative, kinds: SPACED, live: Live::RelaxationTime,
               instead_of: &["damping_ratio"] },
         /// Damping ratio of the lowest mode of the free body, without pins, instead of
-        /// `relaxation_time`; of at most 4000 particles.
+        /// `relaxation_time`; for at most 4000 particles.
         damping_ratio: Option<f64> = "none" { domain: Domain::NotNegative, kinds: SPACED },
-        /// Thickness of a cloth or of the shell of a mesh: it bends by its third power.
+        /// Thickness of a cloth or a shell: bending stiffness grows with its third power.
         thickness: Option<f64> = "required, unless the cloth is woven and has an \
                                   `area_density`"
             { unit: "m", domain: Domain::Positive, kinds: SHEETS, live: Live::Thickness },
@@ -142,24 +141,25 @@ rows! {
         area_density: Option<f64> = "that of the material"
             { unit: "kg/m²", domain: Domain::Positive, kinds: SHEETS, live: Live::Density,
               instead_of: &["density"] },
-        /// Woven: modulus along the rows (y); with `young_weft` and `shear` instead of `young`.
+        /// For a woven cloth: modulus along the rows (y); `young_warp`, `young_weft` and `shear`
+        /// replace `young`.
         young_warp: Option<f64> = "that of the material"
             { unit: "N/m", domain: Domain::Positive, kinds: &["cloth"] },
-        /// Woven: modulus along the columns (x).
+        /// For a woven cloth: modulus along the columns (x).
         young_weft: Option<f64> = "that of the material"
             { unit: "N/m", domain: Domain::Positive, kinds: &["cloth"] },
-        /// Woven: shear modulus; at most the product of the two others over their difference.
+        /// For a woven cloth: shear modulus, at most the product of the two others divided by their
+        /// difference.
         shear: Option<f64> = "that of the material"
             { unit: "N/m", domain: Domain::Positive, kinds: &["cloth"] },
-        /// Bending stiffness along the rows; with `bending_weft` and `bending_bias` instead of
-        /// `bending`.
+        /// Bending stiffness along the rows; `bending_warp`, `bending_weft` and `bending_bias`
+        /// replace `bending`.
         bending_warp: Option<f64> = "`bending`"
             { unit: "N m", domain: Domain::NotNegative, kinds: &["cloth"] },
         /// Bending stiffness along the columns.
         bending_weft: Option<f64> = "`bending`"
             { unit: "N m", domain: Domain::NotNegative, kinds: &["cloth"] },
-        /// Bending stiffness at 45 degrees to both; at least a quarter of the sum of the two
-        /// others.
+        /// Bending stiffness at 45° to both, at least a quarter of the sum of the two others.
         bending_bias: Option<f64> = "`bending`"
             { unit: "N m", domain: Domain::NotNegative, kinds: &["cloth"] },
         /// Diameter of a rope.

@@ -85,11 +85,10 @@ rows! {
     LookRow {
         /// Apparent material. `clay`: dull; `plastic`: smooth; `jelly`: glossy and translucent;
         /// `cloth`: woven; `metal`: mirrors in its own colour; `wood`: grained.
-        finish: Option<Finish> = "of a block `jelly`, of a cloth or a rope `cloth`, of a solid \
-                                  mesh `clay`, of others `plastic`",
+        finish: Option<Finish> = "block `jelly`, cloth and rope `cloth`, solid mesh `clay`, others \
+                                  `plastic`",
         /// Colour, sRGB.
-        colour: Option<String> = "by the place of the body among the others; of `metal` grey, of \
-                                  `wood` brown"
+        colour: Option<String> = "by the number of the body; `metal` grey, `wood` brown"
             { domain: Domain::Words("text, `\"#rrggbb\"`") },
         /// Colour of the other side of a cloth or a shell, sRGB.
         back: Option<String> = "a lighter shade" { domain: Domain::Words("text, `\"#rrggbb\"`") },
@@ -99,8 +98,8 @@ rows! {
         translucency: Option<f64> = "that of the finish" { domain: Domain::Fraction },
         /// Pattern along the surface.
         pattern: Option<Pattern> = "that of the finish",
-        /// Side of a square, width of a stripe or a thread, distance of two lines of a grain;
-        /// rounded so that it fits whole.
+        /// Side of a square, width of a stripe or a thread, distance between lines of a grain;
+        /// rounded so that a whole number fits.
         pattern_size: Option<f64> = "a part of the body" { unit: "m", domain: LENGTH },
     }
 
@@ -108,12 +107,12 @@ rows! {
     CameraRow: Copy {
         /// Azimuth about the vertical; at 0 the camera is on the +z side, at 90 on the +x side.
         yaw_deg: Option<f64> = "34" { unit: "°", domain: Domain::Finite },
-        /// Elevation above the horizon. The camera stays above a level plane whatever this says.
+        /// Elevation above the horizon. The camera always stays above a level plane.
         pitch_deg: Option<f64> = "20" { unit: "°", domain: Domain::Elevation },
         /// Point in the middle of the picture.
         target: Option<[f64; 3]> = "the middle of the bodies" { unit: "m", domain: Domain::Place },
         /// Distance of the camera from the target.
-        distance: Option<f64> = "as near as all bodies are in the picture"
+        distance: Option<f64> = "the shortest that shows all bodies"
             { unit: "m", domain: LENGTH },
     }
 }

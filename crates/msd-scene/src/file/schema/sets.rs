@@ -101,8 +101,8 @@ rows! {
         set: Option<String> = "one of these four" { domain: SET },
         /// Velocity of the pin.
         velocity: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m/s", domain: Domain::Vector },
-        /// Later centres of the box around the particles, and rotations about it, instead of
-        /// `velocity`, in order of time.
+        /// Later centres of the box around the particles, and rotations about these, in order of
+        /// time, instead of `velocity`.
         key_frames: Option<Vec<KeyFrameRow>> = "none" { domain: Domain::Filled },
         /// Solid to move and turn with, instead of `velocity`: its number from 0, or its name.
         follow: Option<BodyKey> = "none" { domain: Domain::Words("a solid") },
@@ -130,7 +130,7 @@ rows! {
         body: Option<BodyKey> = "0, or that of the set" { domain: BODY },
         /// The set; at least one spring joins two of its particles.
         set: String { domain: SET },
-        /// Stiffness of each spring. Those of a mesh that resist bending keep their part of it.
+        /// Stiffness of each spring; bending springs of a mesh have their fraction of it.
         stiffness: Option<f64> = "that of the body"
             { unit: "N/m", domain: Domain::NotNegative, scale: Scale::SPRING },
         /// Damping of each spring.
@@ -138,7 +138,7 @@ rows! {
             { unit: "N s/m", domain: Domain::NotNegative, scale: Scale::SPRING },
         /// Young's modulus; not of a woven cloth.
         young: Option<f64> = "that of the body" { unit: "Pa", domain: Domain::Positive },
-        /// Viscosity over modulus.
+        /// Viscosity divided by modulus.
         relaxation_time: Option<f64> = "that of the body"
             { unit: "s", domain: Domain::NotNegative },
     }
@@ -173,8 +173,8 @@ rows! {
         particle: Option<i64> = "one of these four" { domain: Domain::Words("a particle") },
         /// `[row, column, stack]` of a particle of a lattice, counted from 0; row 0 is the lowest.
         at: Option<[u64; 3]> = "one of these four" { domain: Domain::Words("inside the lattice") },
-        /// Solid, in `to` alone: its number from 0, or its name. Each particle of `from` is joined
-        /// to the nearest point of its surface, which moves with it.
+        /// Solid, only in `to`: its number from 0, or its name. msd joins each particle of `from`
+        /// to the nearest point of its surface, which moves with the solid.
         solid: Option<BodyKey> = "one of these four" { domain: Domain::Words("a solid") },
         /// The particles of a set.
         set: Option<String> = "one of these four" { domain: SET },

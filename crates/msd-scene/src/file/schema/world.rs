@@ -98,12 +98,12 @@ rows! {
             { domain: Domain::Factor, live: Live::Plane,
               instead_of: &["tangential_loss", "sticky"] },
         /// Instead of `friction`: fraction of the tangential velocity lost in each substep of
-        /// contact. Its effect depends on the substep and does not converge. It exists to repeat
-        /// the report from which this project grew.
+        /// contact. Its effect depends on the substep and does not converge. It serves to repeat
+        /// the 2014 report.
         tangential_loss: Option<f64> = "not used"
             { domain: Domain::Fraction, live: Live::Plane, instead_of: &["friction", "sticky"] },
-        /// Short for `restitution = 0` and `tangential_loss = 1`: particles that touch the plane
-        /// stop there, and springs can pull them off.
+        /// Short for `restitution = 0` and `tangential_loss = 1`: particles stop where they touch
+        /// the plane, and springs can pull them off.
         sticky: Option<bool> = "`false`",
     }
 
@@ -140,7 +140,7 @@ rows! {
         /// Constant angular velocity about its centre, as of a body.
         spin: Option<Spin> = "none"
             { unit: "rad/s", domain: Domain::Words("three finite numbers, or a table") },
-        /// Later places, instead of `velocity` and `spin`, in order of time.
+        /// Later positions and rotations, in order of time, instead of `velocity` and `spin`.
         key_frames: Option<Vec<KeyFrameRow>> = "none" { domain: Domain::Filled },
         /// Fraction of the normal speed that a bounce returns, relative to the surface.
         restitution: Option<f64> = "0" { domain: Domain::Fraction },
@@ -150,7 +150,7 @@ rows! {
         tangential_loss: Option<f64> = "not used" { domain: Domain::Fraction },
         /// As of a plane.
         sticky: Option<bool> = "`false`",
-        /// Whether it also meets springs longer than its thickness: see [thin
+        /// Whether it also stops springs longer than its thickness: see [thin
         /// solids](#thin-solids).
         springs: Option<bool> = "`false`",
     }
@@ -162,7 +162,7 @@ rows! {
         /// Centre at that time.
         position: Option<[f64; 3]> = "as in the key frame before"
             { unit: "m", domain: Domain::Place },
-        /// Rotation at that time, from its own axes, not from the previous key frame.
+        /// Rotation at that time, relative to the unrotated shape, not to the previous key frame.
         rotation: Option<RotationRow> = "as in the key frame before",
     }
 }
