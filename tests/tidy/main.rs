@@ -168,7 +168,7 @@ fn the_pages_say_how_many_packages_there_are() {
             [
                 format!("has {core} packages, itself included"),
                 format!("studies ({facade} packages)"),
-                format!("`msd::render` ({render})"),
+                format!("`msd::render` ({render} packages in total)"),
             ],
         ),
         (

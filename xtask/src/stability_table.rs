@@ -148,7 +148,7 @@ impl StabilityTable {
         let _ = writeln!(
             text,
             "7 steps of {RK4} take as long as {} of {EULER}, which bear {:.1} times the stiffness; \
-             the report took 44 for as long.",
+             the report used 44 instead.",
             self.equal_cost,
             0.5 * (f64::from(self.equal_cost) / 7.0).powi(2)
         );

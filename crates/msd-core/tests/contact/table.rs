@@ -238,7 +238,7 @@ pub const ENDURANCE: &[Scenario] = &[
 /// The tolerance of each of these, in the words of docs/measured/trade.md.
 const ALLOWED: [&str; 9] = [
     "8 roundings of its place in 20 s",
-    "a h t, or rounding from order 2 on",
+    "a h t; rounding for order 2 and above",
     "g h²",
     "2 g h²",
     "16 roundings in 20 s",

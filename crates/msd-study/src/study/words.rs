@@ -57,8 +57,12 @@ fn twice_as_accurate(study: &Study, chosen: &Trial) -> Option<String> {
     let ratio = better.cost / chosen.cost;
     let gain = chosen.error() / better.error().max(study.reference.uncertainty);
     Some(format!(
-        "{} as accurate costs {} times as much ({}).",
-        if gain < 3.0 { "Twice".into() } else { format!("{} times", rounded(gain, 2)) },
+        "{} costs {} times as much ({}).",
+        if gain < 3.0 {
+            "Half the error".into()
+        } else {
+            format!("An error {} times smaller", rounded(gain, 2))
+        },
         rounded(ratio, 2),
         told(better)
     ))

@@ -117,7 +117,7 @@ rows! {
         /// Young's modulus.
         young: Option<f64> = "that of the material"
             { unit: "Pa", domain: Domain::Positive, kinds: SPACED, live: Live::Young },
-        /// Poisson's ratio. For a block 0 to 0.45; unless it is 1/4, the ratio of springs alone,
+        /// Poisson's ratio. For a block 0 to 0.45. Springs alone give 1/4; with another ratio,
         /// cells also resist a change of volume. For a solid mesh 1/4; for a cloth or a shell 1/3.
         poisson: Option<f64> = "1/4 for a block or a solid mesh, 1/3 for a cloth or a shell"
             { domain: Domain::Finite, kinds: BROAD },

@@ -101,8 +101,8 @@ rows! {
         set: Option<String> = "one of these four" { domain: SET },
         /// Velocity of the pin.
         velocity: Option<[f64; 3]> = "`[0, 0, 0]`" { unit: "m/s", domain: Domain::Vector },
-        /// Later centres of the box around the particles, and rotations about these, in order of
-        /// time, instead of `velocity`.
+        /// Later positions of the centre of the box around the particles, and rotations about
+        /// it, in order of time; instead of `velocity`.
         key_frames: Option<Vec<KeyFrameRow>> = "none" { domain: Domain::Filled },
         /// Solid to move and turn with, instead of `velocity`: its number from 0, or its name.
         follow: Option<BodyKey> = "none" { domain: Domain::Words("a solid") },
