@@ -8,8 +8,8 @@ rows! {
     TouchRow {
         /// Thickness on each side of the surface, or around a rope or a particle, at most 0.4 of
         /// the spacing.
-        thickness: Option<f64> = "a tenth of the spacing, here the median over particles of the \
-                                  shortest spring of each"
+        thickness: Option<f64> = "a tenth of the spacing: here, the median length of each \
+                                  particle's shortest spring"
             { unit: "m", domain: LENGTH, scale: Scale::LENGTH, instead_of: &["radius"] },
         /// Coulomb's coefficient of friction; for a pair, the root of the product.
         friction: Option<f64> = "0.5" { domain: Domain::Factor },
