@@ -36,7 +36,9 @@ use crate::obstacles::{Obstacle, Obstacles, OwnObstacle};
 use crate::scene::check::check_steps;
 use crate::scene::{Scene, Solid};
 use crate::stability::Region;
+use crate::system::state::check_motions;
 use crate::system::{Columns, Model, State};
+use alloc::borrow::Cow;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use compiled::Compiled;
@@ -87,36 +89,42 @@ impl<R: Real> Simulation<R> {
     /// # Errors
     /// The first row or setting that is out of its domain.
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, Error> {
-        (Compiled::of_precision().start)(scene, settings)
+        (Compiled::of_precision().start)(Cow::Borrowed(scene), settings)
+    }
+
+    /// The same, which frees the rows of the scene on the way: less memory at once.
+    ///
+    /// # Errors
+    /// See [`Simulation::new`].
+    pub fn from_scene(scene: Scene, settings: Settings) -> Result<Self, Error> {
+        (Compiled::of_precision().start)(Cow::Owned(scene), settings)
     }
 
     /// The body of [`Simulation::new`].
-    fn start(scene: &Scene, settings: Settings) -> Result<Self, Error> {
+    fn start(scene: Cow<'_, Scene>, settings: Settings) -> Result<Self, Error> {
         let (model, state) = Model::new(scene)?;
-        let mut simulation = Simulation::from_parts(model, &state, settings)?;
+        let mut simulation = Simulation::from_parts(model, state, settings)?;
         simulation.follow_guides();
         // A scene may start inside an obstacle; it never runs there.
         simulation.leave_obstacles();
         let inside = "inside the world once the obstacles have pushed the particle out";
-        simulation.state().check(simulation.model.extent, inside)?;
+        simulation.check_state(inside)?;
         simulation.start_shells();
         Ok(simulation)
     }
 
-    fn from_parts(
-        mut model: Model<R>,
-        state: &State<R>,
-        settings: Settings,
-    ) -> Result<Self, Error> {
+    fn from_parts(mut model: Model<R>, state: State<R>, settings: Settings) -> Result<Self, Error> {
         settings.check::<R>()?;
         settings.integrator.check_shells(model.shells())?;
         model.prepare_bounces();
         let columns = Method::<R>::columns(&settings.integrator);
+        let start = Columns::of(&model.slots, &state, 0);
+        drop(state);
         Ok(Simulation {
             scratch: Scratch::new(&model, columns),
             good: Columns::new(&model.slots, 2),
             good_grabs: Vec::new(),
-            state: Columns::of(&model.slots, state, 0),
+            state: start,
             rows: ShellRows::default(),
             good_impulses: Vec::new(),
             model,
@@ -528,7 +536,7 @@ impl<R: Real> Simulation<R> {
         (Compiled::of_precision().leave_obstacles)(self);
         self.scratch.warm = false;
         let inside = "inside the world once the obstacle has pushed the particle out";
-        let checked = self.state().check(self.model.extent, inside);
+        let checked = self.check_state(inside);
         if checked.is_err() {
             (self.model.obstacles, self.state) = before;
         }
@@ -540,6 +548,11 @@ impl<R: Real> Simulation<R> {
         let before = self.model.obstacles.own.len();
         self.model.obstacles.own.retain(|&(other, _)| other != handle);
         self.model.obstacles.own.len() < before
+    }
+
+    fn check_state(&self, inside: &'static str) -> Result<(), Error> {
+        let motions = self.model.slots.places().map(|at| self.state.get(at));
+        check_motions(motions, self.model.extent, inside)
     }
 
     fn new_handle(&mut self) -> usize {

@@ -26,6 +26,7 @@ use crate::number::{Real, Vector};
 use crate::obstacles::{Obstacles, PlaneColumn};
 use crate::scene::check::check_scene;
 use crate::scene::{Air, Body, Guide, Particle, Scene, Shell, Solid};
+use alloc::borrow::Cow;
 use alloc::vec::Vec;
 use fearless_simd::Level;
 use glam::DVec3;
@@ -68,13 +69,13 @@ pub struct Model<R: Real> {
 }
 
 impl<R: Real> Model<R> {
-    /// Checks a scene and turns its rows into columns.
+    /// Checks a scene and turns its rows into columns. Frees rows of its own before others are made.
     ///
     /// # Errors
     /// The first row that is out of its domain in precision `R`: a mass that is not positive, a
     /// number that is not finite, an index that names nothing, a spring from a particle to itself.
-    pub(crate) fn new(scene: &Scene) -> Result<(Self, State<R>), Error> {
-        check_scene::<R>(scene)?;
+    pub(crate) fn new(mut scene: Cow<'_, Scene>) -> Result<(Self, State<R>), Error> {
+        check_scene::<R>(&scene)?;
         let masses: Vec<R> = scene.particles.iter().map(|p| R::of(p.mass)).collect();
         let mut inverse_masses: Vec<R> = masses.iter().map(|&mass| R::ONE / mass).collect();
         let mut state = State {
@@ -86,7 +87,11 @@ impl<R: Real> Model<R> {
             state.velocities[pin.particle] = R::Vec3::of(pin.velocity);
         }
         let bodies: Vec<_> = scene.bodies.iter().map(|body| body.particles.clone()).collect();
-        let (slots, springs) = Springs::new(masses.len(), &scene.springs, &bodies);
+        let (mut springs, size) = (Springs::new(&scene.springs), size(&scene));
+        if let Cow::Owned(scene) = &mut scene {
+            (scene.particles, scene.springs) = Default::default();
+        }
+        let slots = springs.order(masses.len(), &bodies);
         let mut model = Model {
             masses,
             inverse_masses,
@@ -111,11 +116,15 @@ impl<R: Real> Model<R> {
                 own: Vec::new(),
             },
             extent: R::of(scene.world.extent),
-            size: size(scene),
-            bodies: scene.bodies.clone(),
+            size,
+            bodies: Vec::new(),
             slots,
         };
-        model.add_rows(scene);
+        model.add_rows(&scene);
+        model.bodies = match scene {
+            Cow::Owned(scene) => scene.bodies,
+            Cow::Borrowed(scene) => scene.bodies.clone(),
+        };
         Ok((model, state))
     }
 
