@@ -243,8 +243,12 @@ impl<R: Real> Springs<R> {
         let mut table = Table::new(&self.layout);
         let Springs { rest_lengths, stiffnesses, dampings, layout, .. } = self;
         table.add(layout, 0, |spring| rest_lengths[spring]);
-        table.add(layout, 1, |spring| stiffnesses.get(spring));
-        table.add(layout, 2, |spring| dampings.get(spring));
+        for (column, values) in [(1, stiffnesses), (2, dampings)] {
+            match values {
+                Values::Same(value) => table.add_alike(layout, column, *value),
+                Values::Each(values) => table.add(layout, column, |spring| values[spring]),
+            }
+        }
         let mut values = Aligned::new(table.values.len(), 9);
         values.copy_from_slice(&table.values);
         self.values = values;
