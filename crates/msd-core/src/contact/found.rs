@@ -8,7 +8,7 @@ use crate::number::{Real, Vector, at_level};
 use crate::obstacles::solid::{Ball, Sampled, lane_of};
 use crate::obstacles::{Obstacles, Placed, PlaneColumn};
 use crate::pack::dot;
-use core::ops::{BitOr, Range};
+use core::ops::Range;
 use fearless_simd::Level;
 
 /// The particles of a record at an obstacle that something moves, a bit for each.
@@ -138,29 +138,31 @@ impl<R: Real> Split for ContactSearch<'_, R> {
     }
 }
 
-/// Finds all contacts; whether a particle that something moves lies on an obstacle.
+/// Finds all contacts of particles that something moves; whether any lies on an obstacle, and whether
+/// there is a contact.
 pub(crate) fn find<R: Real>(
     level: Level,
     obstacles: &Obstacles<R>,
     search: ContactSearch<'_, R>,
-) -> bool {
+) -> [bool; 2] {
     let find =
         |search: ContactSearch<'_, R>| at_level!(level, _simd => find_records(obstacles, search));
-    merge_shares(search, &find, &bool::bitor)
+    merge_shares(search, &find, &|[a, b], [c, d]| [a | c, b | d])
 }
 
 /// Records that are compared with a solid at once.
 pub(crate) const TOGETHER: usize = 32;
 
 #[inline(always)]
-fn find_records<R: Real>(obstacles: &Obstacles<R>, search: ContactSearch<'_, R>) -> bool {
+fn find_records<R: Real>(obstacles: &Obstacles<R>, search: ContactSearch<'_, R>) -> [bool; 2] {
     let ContactSearch { places, contacts, count, when } = search;
     let (records, time) = (places.records(), when.time);
     contacts.fill(Contact::default());
-    let mut lie = 0;
+    let (mut lie, mut any) = (0, 0);
     let mut note = |record: usize, index: usize, contact: Contact| {
         contacts[record * count + index] = contact;
         lie |= contact.on();
+        any |= contact.near;
     };
     for (index, plane) in obstacles.planes.iter().enumerate() {
         for first in (0..records.len()).step_by(AT_ONCE) {
@@ -206,7 +208,7 @@ fn find_records<R: Real>(obstacles: &Obstacles<R>, search: ContactSearch<'_, R>)
         }
         index += 1;
     }
-    lie != 0
+    [lie != 0, any != 0]
 }
 
 /// Records that are compared with a plane before anything is decided.

@@ -346,17 +346,17 @@ impl<R: Real> Model<R> {
         }
     }
 
-    /// Finds the contacts of these positions; whether a particle that something moves lies on an
-    /// obstacle.
+    /// Finds the contacts of these positions of particles that something moves; whether any lies on
+    /// an obstacle, and whether there is a contact.
     pub(crate) fn find(
         &self,
         level: Level,
         positions: &[R],
         when: When,
         contacts: &mut Vec<Contact>,
-    ) -> bool {
+    ) -> [bool; 2] {
         if self.obstacles.is_empty() {
-            return false;
+            return [false; 2];
         }
         let (places, count) = (self.places(positions), self.obstacles.count());
         contacts.resize(positions.len() / RECORD * count, Contact::default());
