@@ -360,7 +360,8 @@ impl<R: Real> Model<R> {
         }
         let (places, count) = (self.places(positions), self.obstacles.count());
         contacts.resize(positions.len() / RECORD * count, Contact::default());
-        find(level, &self.obstacles, ContactSearch { places, contacts, count, when })
+        let search = ContactSearch { places, contacts, count, when, extent: self.extent };
+        find(level, &self.obstacles, search)
     }
 
     fn found<'a>(&self, contacts: &'a [Contact]) -> Found<'a> {
