@@ -140,8 +140,8 @@ impl<R: Real> Split for ContactSearch<'_, R> {
     }
 }
 
-/// Finds all contacts of particles that something moves; whether any lies on an obstacle, and whether
-/// there is a contact.
+/// Finds all contacts of particles that something moves; whether any lies on an obstacle, and
+/// whether there is a contact.
 pub(crate) fn find<R: Real>(
     level: Level,
     obstacles: &Obstacles<R>,
@@ -241,8 +241,8 @@ fn is_near<R: Real>((gap, terms): (R, R), radius: R) -> bool {
     -rounding(terms, radius) <= radius - gap
 }
 
-/// Whether a place of some records meets a condition on its gap of a plane and the terms of that, and
-/// on its radius.
+/// Whether a place of some records meets a condition on its gap of a plane and the terms of that,
+/// and on its radius.
 #[inline(always)]
 fn is_any<R: Real>(
     (plane, places, records): (&PlaneColumn<R>, &Places<'_, R>, Range<usize>),

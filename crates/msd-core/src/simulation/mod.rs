@@ -23,8 +23,6 @@ pub use progress::{Held, Progress};
 pub use witness::Witness;
 
 use crate::columns::threads;
-use crate::contact::ending::Substep;
-use crate::contact::found::When;
 use crate::contact::shells::{RowImpulse, ShellRows};
 use crate::elements::grabs::Grab;
 use crate::elements::{Element, Own};
@@ -36,7 +34,6 @@ use crate::obstacles::{Obstacle, Obstacles, OwnObstacle};
 use crate::scene::check::check_steps;
 use crate::scene::{Scene, Solid};
 use crate::stability::Region;
-use crate::system::state::check_motions;
 use crate::system::{Columns, Model, State};
 use alloc::borrow::Cow;
 use alloc::boxed::Box;
@@ -139,16 +136,6 @@ impl<R: Real> Simulation<R> {
             epoch: (0, 0.0),
             next_handle: 0,
         })
-    }
-
-    /// Moves particles inside an obstacle out of it, as a contact does.
-    fn leave_obstacles(&mut self) {
-        self.scratch.forces.fill(R::ZERO);
-        let substep = Substep::instant(self.time());
-        let Scratch { forces, contacts, .. } = &mut self.scratch;
-        let when = When { time: substep.time, settles: substep.evaluated.settles() };
-        self.model.find(self.level, &self.state.positions, when, contacts);
-        self.model.resolve(self.level, &mut self.state, (forces, contacts), substep);
     }
 
     /// Advances by one step of `settings.step` seconds.
@@ -548,11 +535,6 @@ impl<R: Real> Simulation<R> {
         let before = self.model.obstacles.own.len();
         self.model.obstacles.own.retain(|&(other, _)| other != handle);
         self.model.obstacles.own.len() < before
-    }
-
-    fn check_state(&self, inside: &'static str) -> Result<(), Error> {
-        let motions = self.model.slots.places().map(|at| self.state.get(at));
-        check_motions(motions, self.model.extent, inside)
     }
 
     fn new_handle(&mut self) -> usize {

@@ -25,11 +25,10 @@ use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::{Obstacles, PlaneColumn};
 use crate::scene::check::check_scene;
-use crate::scene::{Air, Body, Guide, Particle, Scene, Shell, Solid};
+use crate::scene::{Air, Body, Guide, Scene, Shell, Solid};
 use alloc::borrow::Cow;
 use alloc::vec::Vec;
 use fearless_simd::Level;
-use glam::DVec3;
 
 /// The columns that a step reads. Those of particles are in the order of the scene unless stated
 /// otherwise.
@@ -87,7 +86,7 @@ impl<R: Real> Model<R> {
             state.velocities[pin.particle] = R::Vec3::of(pin.velocity);
         }
         let bodies: Vec<_> = scene.bodies.iter().map(|body| body.particles.clone()).collect();
-        let (mut springs, size) = (Springs::new(&scene.springs), size(&scene));
+        let (mut springs, size) = (Springs::new(&scene.springs), scene.size());
         if let Cow::Owned(scene) = &mut scene {
             (scene.particles, scene.springs) = Default::default();
         }
@@ -586,22 +585,4 @@ impl<R: Real> Model<R> {
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
-}
-
-fn size(scene: &Scene) -> f64 {
-    let diagonal = |particles: &[Particle]| {
-        let mut positions = particles.iter().map(|particle| particle.position);
-        let first = positions.next().unwrap_or_default();
-        let grow = |(low, high): (DVec3, DVec3), x: DVec3| (low.min(x), high.max(x));
-        let (low, high) = positions.fold((first, first), grow);
-        let across = high - low;
-        Real::sqrt(across.dot(across))
-    };
-    let bodies = scene.bodies.iter().map(|body| &scene.particles[body.particles.clone()]);
-    let largest = bodies.map(diagonal).fold(0.0, f64::max);
-    let whole = || diagonal(&scene.particles);
-    let longest = || scene.springs.iter().map(|spring| spring.rest_length).fold(0.0, f64::max);
-    let positive = |size: &f64| 0.0 < *size;
-    let found = Some(largest).filter(positive).or_else(|| Some(whole()).filter(positive));
-    found.or_else(|| Some(longest()).filter(positive)).unwrap_or(1.0)
 }

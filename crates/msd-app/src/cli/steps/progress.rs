@@ -13,8 +13,8 @@ use std::time::Duration;
 /// Delay before a command reports its activity.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Reports an activity that takes long, unless dropped within a second: on a terminal by a line that
-/// counts the seconds and goes when dropped, elsewhere by a note.
+/// Reports an activity that takes long, unless dropped within a second: on a terminal by a line
+/// that counts the seconds and goes when dropped, elsewhere by a note.
 pub struct SlowNotice {
     dropped: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
