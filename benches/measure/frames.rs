@@ -244,8 +244,7 @@ fn drawn(_: &Simulation) -> Frames {
     let mut positions: Vec<Vec3> = Vec::new();
     Box::new(move |simulation, frames| {
         take(simulation, frames, |simulation| {
-            positions.clear();
-            positions.extend(simulation.snapshot().positions().map(|at| at.to_f32()));
+            simulation.snapshot().copy_positions(&mut positions);
             black_box(&positions);
         });
     })

@@ -148,6 +148,18 @@ impl Runner {
         })
     }
 
+    /// The same, which frees the rows of the scene on the way.
+    ///
+    /// # Errors
+    /// See [`Simulation::new`].
+    pub fn from_scene(scene: Scene, settings: Settings, to: Precision) -> Result<Self, Error> {
+        let substeps = Substeps::default();
+        Ok(match to {
+            Precision::F32 => Runner::F32(Simulation::from_scene(scene, settings)?, substeps),
+            Precision::F64 => Runner::F64(Simulation::from_scene(scene, settings)?, substeps),
+        })
+    }
+
     /// Makes a run go on that was taken down by [`Runner::progress`].
     ///
     /// # Errors

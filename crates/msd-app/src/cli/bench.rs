@@ -4,6 +4,7 @@ use super::arguments::{BenchArguments, Work};
 use super::failure::{Failure, say, say_json};
 use super::places::Places;
 use super::run::{evaluations, explain_divergence, is_endless};
+use super::steps::SlowNotice;
 use cpu_time::ProcessTime;
 use msd_core::{Error, Instructions, Integrator, Scene, Settings};
 use msd_run::{Runner, on};
@@ -124,10 +125,11 @@ fn name(arguments: &BenchArguments) -> String {
     format!("{kind} {}", arguments.size)
 }
 
-/// Creates the run of a workload; the scene is freed before the run starts.
+/// Creates the run of a workload; the scene is freed as its columns are made.
 fn start(arguments: &BenchArguments, settings: Settings) -> Result<Runner, Failure> {
+    let _notice = SlowNotice::new(format!("preparing {}", name(arguments)));
     let scene = scene(arguments).map_err(Failure::input)?;
-    let runner = Runner::new(&scene, settings, arguments.precision);
+    let runner = Runner::from_scene(scene, settings, arguments.precision);
     let mut runner = runner.map_err(|error| explain(arguments, error))?;
     on!(&mut runner, simulation => simulation.set_instructions(instructions(arguments)));
     Ok(runner)

@@ -36,9 +36,9 @@ struct ExportReport {
 pub fn run_export(arguments: &ExportArguments) -> Result<(), Failure> {
     let ExportArguments { scene, set, solver, duration, to, every, json, quiet } = arguments;
     hush(*quiet);
-    let interrupt = Interrupt::catch();
     let format = format_of(to)?;
     let mut prepared = prepare((scene, set), solver, ("--duration", *duration))?;
+    let interrupt = Interrupt::catch();
     let settings = prepared.runner.settings();
     let moments = Moments { from: 0.0, to: *duration, every: *every };
     let (steps, is_between) = match format.is_of_one_moment() {

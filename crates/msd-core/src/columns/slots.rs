@@ -37,6 +37,24 @@ impl Block {
         (self.blank + 1 + record) * RECORD + lane
     }
 
+    /// Visits its particles with their places, record by record: in the order of memory.
+    #[inline]
+    fn visit(&self, mut visit: impl FnMut(usize, usize)) {
+        let Range { start, end } = self.particles;
+        let first = (self.blank + 1) * RECORD;
+        let Some(order) = &self.order else {
+            for record in 0..self.len {
+                let lanes = (start + record..end).step_by(self.len).enumerate();
+                lanes.for_each(|(lane, particle)| visit(particle, first + record * RECORD + lane));
+            }
+            return;
+        };
+        for (particle, &slot) in (start..end).zip(order) {
+            let slot = slot as usize;
+            visit(particle, first + slot / LANES * RECORD + slot % LANES);
+        }
+    }
+
     /// The places of its particles, in the order of the scene.
     fn places(&self) -> impl Iterator<Item = usize> + '_ {
         let (count, len, first) = (self.particles.len(), self.len, (self.blank + 1) * RECORD);
@@ -87,6 +105,15 @@ impl Slots {
             blocks => &blocks[blocks.partition_point(|block| block.particles.end <= particle)],
         };
         block.at(particle - block.particles.start)
+    }
+
+    /// Overwrites `to` with a value of each particle, by its place.
+    #[inline]
+    pub(crate) fn collect<T: Clone + Default>(&self, to: &mut Vec<T>, at: impl Fn(usize) -> T) {
+        to.resize(self.particle_count(), T::default());
+        self.blocks
+            .iter()
+            .for_each(|block| block.visit(|particle, place| to[particle] = at(place)));
     }
 
     /// The places of all particles, in the order of the scene.

@@ -8,7 +8,7 @@ use crate::number::{Real, Vector, at_level};
 use crate::obstacles::solid::{Ball, Sampled, lane_of};
 use crate::obstacles::{Obstacles, Placed, PlaneColumn};
 use crate::pack::dot;
-use core::ops::{BitOr, Range};
+use core::ops::Range;
 use fearless_simd::Level;
 
 /// The particles of a record at an obstacle that something moves, a bit for each.
@@ -115,6 +115,8 @@ pub(crate) struct ContactSearch<'a, R> {
     pub(crate) contacts: &'a mut [Contact],
     pub(crate) count: usize,
     pub(crate) when: When,
+    /// Bound of every coordinate, metres.
+    pub(crate) extent: R,
 }
 
 /// When contacts are found, and for whom.
@@ -138,34 +140,40 @@ impl<R: Real> Split for ContactSearch<'_, R> {
     }
 }
 
-/// Finds all contacts; whether a particle that something moves lies on an obstacle.
+/// Finds all contacts of particles that something moves; whether any lies on an obstacle, and
+/// whether there is a contact.
 pub(crate) fn find<R: Real>(
     level: Level,
     obstacles: &Obstacles<R>,
     search: ContactSearch<'_, R>,
-) -> bool {
+) -> [bool; 2] {
     let find =
         |search: ContactSearch<'_, R>| at_level!(level, _simd => find_records(obstacles, search));
-    merge_shares(search, &find, &bool::bitor)
+    merge_shares(search, &find, &|[a, b], [c, d]| [a | c, b | d])
 }
 
 /// Records that are compared with a solid at once.
 pub(crate) const TOGETHER: usize = 32;
 
 #[inline(always)]
-fn find_records<R: Real>(obstacles: &Obstacles<R>, search: ContactSearch<'_, R>) -> bool {
-    let ContactSearch { places, contacts, count, when } = search;
+fn find_records<R: Real>(obstacles: &Obstacles<R>, search: ContactSearch<'_, R>) -> [bool; 2] {
+    let ContactSearch { places, contacts, count, when, extent } = search;
     let (records, time) = (places.records(), when.time);
     contacts.fill(Contact::default());
-    let mut lie = 0;
+    let (mut lie, mut any) = (0, 0);
     let mut note = |record: usize, index: usize, contact: Contact| {
         contacts[record * count + index] = contact;
         lie |= contact.on();
+        any |= contact.near;
     };
     for (index, plane) in obstacles.planes.iter().enumerate() {
+        // No gap has larger terms.
+        let largest = places.radii.largest;
+        let far = largest + rounding(plane.terms_of([extent; 3]), largest);
         for first in (0..records.len()).step_by(AT_ONCE) {
             let some = first..records.len().min(first + AT_ONCE);
-            if !is_any_at(plane, &places, some.clone()) {
+            let at = (plane, &places, some.clone());
+            if !is_any(at.clone(), |(gap, _), _| gap <= far) || !is_any(at, is_near) {
                 continue;
             }
             for record in some {
@@ -206,7 +214,7 @@ fn find_records<R: Real>(obstacles: &Obstacles<R>, search: ContactSearch<'_, R>)
         }
         index += 1;
     }
-    lie != 0
+    [lie != 0, any != 0]
 }
 
 /// Records that are compared with a plane before anything is decided.
@@ -233,18 +241,18 @@ fn is_near<R: Real>((gap, terms): (R, R), radius: R) -> bool {
     -rounding(terms, radius) <= radius - gap
 }
 
-/// Whether a place of some records is on a plane or inside.
+/// Whether a place of some records meets a condition on its gap of a plane and the terms of that,
+/// and on its radius.
 #[inline(always)]
-fn is_any_at<R: Real>(
-    plane: &PlaneColumn<R>,
-    places: &Places<'_, R>,
-    records: Range<usize>,
+fn is_any<R: Real>(
+    (plane, places, records): (&PlaneColumn<R>, &Places<'_, R>, Range<usize>),
+    meets: impl Fn((R, R), R) -> bool,
 ) -> bool {
     let mut any = [0; LANES];
     for record in records {
         let (gap, radii) = (plane_gap(plane, places, record), places.radii.of_record(record));
         for (lane, any) in any.iter_mut().enumerate() {
-            *any |= u32::from(is_near(gap(lane), radii[lane]));
+            *any |= u32::from(meets(gap(lane), radii[lane]));
         }
     }
     any.iter().fold(0, |all, any| all | any) != 0

@@ -512,7 +512,9 @@ pub(crate) fn spread<R: Real>(slots: &Slots, vectors: &[R::Vec3], column: &mut [
 
 /// The vectors of a column in scene order.
 pub(crate) fn collected<R: Real>(slots: &Slots, column: &[R]) -> Vec<R::Vec3> {
-    slots.places().map(|at| columns::vector(column, at)).collect()
+    let mut vectors = Vec::new();
+    slots.collect(&mut vectors, |at| columns::vector::<R>(column, at));
+    vectors
 }
 
 const _: () = assert!(LANES == 16, "a mask of springs has sixteen bits");

@@ -29,6 +29,8 @@ pub(crate) struct Scratch<R: Real> {
     pub(crate) columns: Vec<Aligned<R>>,
     /// The contacts of the positions at which they were found last.
     pub(crate) contacts: Vec<Contact>,
+    /// Whether there is one among them.
+    pub(crate) touches: bool,
     /// The largest speed after the first substep of the step where there are solids, metres per
     /// second.
     pub(crate) fastest: R,
@@ -52,6 +54,7 @@ impl<R: Real> Scratch<R> {
             work: ForceWork::new(&model.springs, &model.slots),
             columns: (0..columns).map(|number| column(&model.slots, 16 + number)).collect(),
             contacts: Vec::new(),
+            touches: false,
             fastest: R::ZERO,
             power: 0.0,
             power_of_pins: 0.0,
@@ -344,7 +347,9 @@ impl<'a, R: Real> StepContext<'a, R> {
     pub(crate) fn find(&mut self, time: f64, evaluated: Evaluated) -> bool {
         let (positions, contacts) = (&self.state.positions, &mut self.scratch.contacts);
         let when = When { time, settles: evaluated.settles() };
-        self.model.find(self.level, positions, when, contacts)
+        let [lies, touches] = self.model.find(self.level, positions, when, contacts);
+        self.scratch.touches = touches;
+        lies
     }
 
     /// Holds particles that lie on an obstacle after a kick with the accelerations in a work
@@ -484,7 +489,11 @@ impl<'a, R: Real> StepContext<'a, R> {
         if !matches!(way, Way::BetweenKicks) {
             self.find(time, evaluated);
         }
-        let Scratch { forces, columns, contacts, fastest, .. } = &*self.scratch;
+        let Scratch { forces, columns, contacts, touches, fastest, .. } = &*self.scratch;
+        // Particles may have gone through a solid.
+        if !touches && self.model.obstacles.solids.is_empty() {
+            return Contacts::default();
+        }
         let (lag, starts, before) = match way {
             Way::Kicked(lag) => (lag, None, None),
             Way::BetweenKicks => (0.5, None, Some(&*columns[1])),

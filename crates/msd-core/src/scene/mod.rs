@@ -321,6 +321,25 @@ impl Scene {
         self.guides.iter().flat_map(|guide| &guide.held).map(|&(particle, _)| particle).collect()
     }
 
+    /// Size of the largest body, metres, see [`Model::size`](crate::Model::size).
+    pub(crate) fn size(&self) -> f64 {
+        let diagonal = |particles: &[Particle]| {
+            let mut positions = particles.iter().map(|particle| particle.position);
+            let first = positions.next().unwrap_or_default();
+            let grow = |(low, high): (DVec3, DVec3), x: DVec3| (low.min(x), high.max(x));
+            let (low, high) = positions.fold((first, first), grow);
+            let across = high - low;
+            Real::sqrt(across.dot(across))
+        };
+        let bodies = self.bodies.iter().map(|body| &self.particles[body.particles.clone()]);
+        let largest = bodies.map(diagonal).fold(0.0, f64::max);
+        let whole = || diagonal(&self.particles);
+        let longest = || self.springs.iter().map(|spring| spring.rest_length).fold(0.0, f64::max);
+        let positive = |size: &f64| 0.0 < *size;
+        let found = Some(largest).filter(positive).or_else(|| Some(whole()).filter(positive));
+        found.or_else(|| Some(longest()).filter(positive)).unwrap_or(1.0)
+    }
+
     /// The scene for a run that starts at time 0 and continues another one from a time, seconds:
     /// solids and guided pins are as far on their ways. The particles stay.
     pub fn from_time(mut self, now: f64) -> Self {

@@ -68,22 +68,17 @@ impl Scene {
     /// Appends a part as a named body and returns the index of the body.
     pub fn add(&mut self, name: impl Into<String>, part: Part) -> usize {
         let (first, first_spring) = (self.particles.len(), self.springs.len());
-        self.particles.extend(part.particles);
+        let Part { particles, mut springs, mut bends, mut volumes, mut surface } = part;
         // An index too large to be moved is out of range either way; the check of the scene reports
         // it.
-        self.springs.extend(part.springs.into_iter().map(|mut spring| {
-            spring.ends = spring.ends.map(|end| end.saturating_add(first));
-            spring
-        }));
-        self.bends.extend(part.bends.into_iter().map(|mut bend| {
-            bend.particles = bend.particles.map(|particle| particle.saturating_add(first));
-            bend
-        }));
-        self.volumes.extend(part.volumes.into_iter().map(|mut volume| {
-            volume.particles = volume.particles.map(|particle| particle.saturating_add(first));
-            volume
-        }));
-        let mut surface = part.surface;
+        let later = |particle: usize| particle.saturating_add(first);
+        springs.iter_mut().for_each(|spring| spring.ends = spring.ends.map(later));
+        bends.iter_mut().for_each(|bend| bend.particles = bend.particles.map(later));
+        volumes.iter_mut().for_each(|volume| volume.particles = volume.particles.map(later));
+        append(&mut self.particles, particles);
+        append(&mut self.springs, springs);
+        append(&mut self.bends, bends);
+        append(&mut self.volumes, volumes);
         let first_corner = u32::try_from(first).unwrap_or(u32::MAX);
         for corner in &mut surface.corners {
             corner.particle = corner.particle.saturating_add(first_corner);
@@ -96,5 +91,14 @@ impl Scene {
             surface,
         });
         self.bodies.len() - 1
+    }
+}
+
+/// Appends rows, without a copy where they are the first.
+fn append<T>(to: &mut Vec<T>, mut rows: Vec<T>) {
+    if to.is_empty() {
+        *to = rows;
+    } else {
+        to.append(&mut rows);
     }
 }

@@ -12,6 +12,7 @@ use crate::number::{Real, of_type};
 use crate::scene::Scene;
 use crate::stability::Estimator;
 use crate::system::Columns;
+use alloc::borrow::Cow;
 use alloc::vec::Vec;
 
 /// A force on each particle, newtons, and the power dissipated, watts.
@@ -20,7 +21,7 @@ type Forces<R> = (Vec<<R as Real>::Vec3>, f64);
 /// The bodies of [`Simulation::new`], [`Simulation::resume`], of a step, of two predictions, of the
 /// energy and of the forces in a state, and what moves particles out of obstacles.
 pub(super) struct Compiled<R: Real> {
-    pub(super) start: fn(&Scene, Settings) -> Result<Simulation<R>, Error>,
+    pub(super) start: fn(Cow<'_, Scene>, Settings) -> Result<Simulation<R>, Error>,
     pub(super) resume: fn(&Scene, &Progress) -> Result<Simulation<R>, Error>,
     pub(super) step: fn(&mut Simulation<R>, bool) -> Result<bool, Error>,
     pub(super) leave_obstacles: fn(&mut Simulation<R>),

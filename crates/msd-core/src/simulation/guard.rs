@@ -6,14 +6,33 @@
 
 use super::Simulation;
 use crate::columns::threads::merge_shares;
+use crate::contact::ending::Substep;
+use crate::contact::found::When;
 use crate::error::{Divergence, Error};
-use crate::methods::{Done, Failure};
+use crate::methods::{Done, Failure, Scratch};
 use crate::number::{Real, Vector, at_level};
 use crate::stability::Estimator;
+use crate::system::state::check_motions;
 use crate::system::{Columns, Model};
 use fearless_simd::{Level, Simd, SimdBase, SimdMask};
 
 impl<R: Real> Simulation<R> {
+    /// Moves particles inside an obstacle out of it, as a contact does.
+    pub(super) fn leave_obstacles(&mut self) {
+        self.scratch.forces.fill(R::ZERO);
+        let substep = Substep::instant(self.time());
+        let Scratch { forces, contacts, .. } = &mut self.scratch;
+        let when = When { time: substep.time, settles: substep.evaluated.settles() };
+        self.model.find(self.level, &self.state.positions, when, contacts);
+        self.model.resolve(self.level, &mut self.state, (forces, contacts), substep);
+    }
+
+    /// Checks that the state is inside the world; `inside` says so in words.
+    pub(super) fn check_state(&self, inside: &'static str) -> Result<(), Error> {
+        let motions = self.model.slots.places().map(|at| self.state.get(at));
+        check_motions(motions, self.model.extent, inside)
+    }
+
     /// Refuses a step that a method gave up, and a state outside the world.
     pub(super) fn guard(&self, done: &Done) -> Result<(), Error> {
         let (step, time) = (self.steps + 1, self.time());

@@ -23,8 +23,6 @@ pub use progress::{Held, Progress};
 pub use witness::Witness;
 
 use crate::columns::threads;
-use crate::contact::ending::Substep;
-use crate::contact::found::When;
 use crate::contact::shells::{RowImpulse, ShellRows};
 use crate::elements::grabs::Grab;
 use crate::elements::{Element, Own};
@@ -37,6 +35,7 @@ use crate::scene::check::check_steps;
 use crate::scene::{Scene, Solid};
 use crate::stability::Region;
 use crate::system::{Columns, Model, State};
+use alloc::borrow::Cow;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use compiled::Compiled;
@@ -87,36 +86,42 @@ impl<R: Real> Simulation<R> {
     /// # Errors
     /// The first row or setting that is out of its domain.
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, Error> {
-        (Compiled::of_precision().start)(scene, settings)
+        (Compiled::of_precision().start)(Cow::Borrowed(scene), settings)
+    }
+
+    /// The same, which frees the rows of the scene on the way: less memory at once.
+    ///
+    /// # Errors
+    /// See [`Simulation::new`].
+    pub fn from_scene(scene: Scene, settings: Settings) -> Result<Self, Error> {
+        (Compiled::of_precision().start)(Cow::Owned(scene), settings)
     }
 
     /// The body of [`Simulation::new`].
-    fn start(scene: &Scene, settings: Settings) -> Result<Self, Error> {
+    fn start(scene: Cow<'_, Scene>, settings: Settings) -> Result<Self, Error> {
         let (model, state) = Model::new(scene)?;
-        let mut simulation = Simulation::from_parts(model, &state, settings)?;
+        let mut simulation = Simulation::from_parts(model, state, settings)?;
         simulation.follow_guides();
         // A scene may start inside an obstacle; it never runs there.
         simulation.leave_obstacles();
         let inside = "inside the world once the obstacles have pushed the particle out";
-        simulation.state().check(simulation.model.extent, inside)?;
+        simulation.check_state(inside)?;
         simulation.start_shells();
         Ok(simulation)
     }
 
-    fn from_parts(
-        mut model: Model<R>,
-        state: &State<R>,
-        settings: Settings,
-    ) -> Result<Self, Error> {
+    fn from_parts(mut model: Model<R>, state: State<R>, settings: Settings) -> Result<Self, Error> {
         settings.check::<R>()?;
         settings.integrator.check_shells(model.shells())?;
         model.prepare_bounces();
         let columns = Method::<R>::columns(&settings.integrator);
+        let start = Columns::of(&model.slots, &state, 0);
+        drop(state);
         Ok(Simulation {
             scratch: Scratch::new(&model, columns),
             good: Columns::new(&model.slots, 2),
             good_grabs: Vec::new(),
-            state: Columns::of(&model.slots, state, 0),
+            state: start,
             rows: ShellRows::default(),
             good_impulses: Vec::new(),
             model,
@@ -131,16 +136,6 @@ impl<R: Real> Simulation<R> {
             epoch: (0, 0.0),
             next_handle: 0,
         })
-    }
-
-    /// Moves particles inside an obstacle out of it, as a contact does.
-    fn leave_obstacles(&mut self) {
-        self.scratch.forces.fill(R::ZERO);
-        let substep = Substep::instant(self.time());
-        let Scratch { forces, contacts, .. } = &mut self.scratch;
-        let when = When { time: substep.time, settles: substep.evaluated.settles() };
-        self.model.find(self.level, &self.state.positions, when, contacts);
-        self.model.resolve(self.level, &mut self.state, (forces, contacts), substep);
     }
 
     /// Advances by one step of `settings.step` seconds.
@@ -528,7 +523,7 @@ impl<R: Real> Simulation<R> {
         (Compiled::of_precision().leave_obstacles)(self);
         self.scratch.warm = false;
         let inside = "inside the world once the obstacle has pushed the particle out";
-        let checked = self.state().check(self.model.extent, inside);
+        let checked = self.check_state(inside);
         if checked.is_err() {
             (self.model.obstacles, self.state) = before;
         }

@@ -21,6 +21,7 @@ use crate::scene::check::{
 use crate::scene::{Guide, Particle, Pin, Scene, World};
 use crate::system::Model;
 use crate::system::guides::Guides;
+use alloc::borrow::Cow;
 use alloc::vec::Vec;
 use glam::DVec3;
 
@@ -125,7 +126,7 @@ impl<R: Real> Simulation<R> {
 
     /// The body of [`Simulation::resume`].
     pub(super) fn resume_from(scene: &Scene, progress: &Progress) -> Result<Self, Error> {
-        let (mut model, state) = Model::<R>::new(scene)?;
+        let (mut model, state) = Model::<R>::new(Cow::Borrowed(scene))?;
         check_progress::<R>(progress, [model.particle_count(), model.ends().len()])?;
         check_guides::<R>(&progress.guides, model.particle_count(), scene.solids.len())?;
         model.guides = Guides(progress.guides.iter().map(|guide| (guide.clone(), false)).collect());
@@ -150,7 +151,7 @@ impl<R: Real> Simulation<R> {
         }
         model.remove_particles(progress.removed.iter().copied());
         model.renew_masses();
-        let mut simulation = Simulation::from_parts(model, &state, progress.settings)?;
+        let mut simulation = Simulation::from_parts(model, state, progress.settings)?;
         for &interaction in &progress.queue {
             simulation.queue(interaction)?;
         }

@@ -163,10 +163,7 @@ impl<R: Real> Simulation<R> {
 
     /// Overwrites `to` with all positions in single precision, metres.
     pub fn copy_positions(&self, to: &mut Vec<[f32; 3]>) {
-        to.clear();
-        to.reserve(self.model.particle_count());
-        // Not `extend`: nested iterators are walked faster from inside.
-        self.positions().for_each(|position| to.push(position.to_f32().to_array()));
+        self.snapshot().copy_positions(to);
     }
 
     /// The forces on all particles in the order of the scene, newtons, and the power dissipated,

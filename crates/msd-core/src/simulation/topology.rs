@@ -166,7 +166,8 @@ impl<R: Real> Simulation<R> {
         model.air.iter_mut().zip(&body).for_each(|(air, body)| air.add(body));
         model.bodies.extend(body);
         let bodies: Vec<_> = model.bodies.iter().map(|body| body.particles.clone()).collect();
-        model.slots = model.springs.add(model.masses.len(), &rows.springs, &bodies);
+        model.springs.add(&rows.springs);
+        model.slots = model.springs.order(model.masses.len(), &bodies);
         model.add_rows(rows);
         self.state = Columns::of(&self.model.slots, &state, 0);
         self.good = Columns::new(&self.model.slots, 2);

@@ -25,10 +25,10 @@ use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::{Obstacles, PlaneColumn};
 use crate::scene::check::check_scene;
-use crate::scene::{Air, Body, Guide, Particle, Scene, Shell, Solid};
+use crate::scene::{Air, Body, Guide, Scene, Shell, Solid};
+use alloc::borrow::Cow;
 use alloc::vec::Vec;
 use fearless_simd::Level;
-use glam::DVec3;
 
 /// The columns that a step reads. Those of particles are in the order of the scene unless stated
 /// otherwise.
@@ -68,13 +68,13 @@ pub struct Model<R: Real> {
 }
 
 impl<R: Real> Model<R> {
-    /// Checks a scene and turns its rows into columns.
+    /// Checks a scene and turns its rows into columns. Frees rows of its own before others are made.
     ///
     /// # Errors
     /// The first row that is out of its domain in precision `R`: a mass that is not positive, a
     /// number that is not finite, an index that names nothing, a spring from a particle to itself.
-    pub(crate) fn new(scene: &Scene) -> Result<(Self, State<R>), Error> {
-        check_scene::<R>(scene)?;
+    pub(crate) fn new(mut scene: Cow<'_, Scene>) -> Result<(Self, State<R>), Error> {
+        check_scene::<R>(&scene)?;
         let masses: Vec<R> = scene.particles.iter().map(|p| R::of(p.mass)).collect();
         let mut inverse_masses: Vec<R> = masses.iter().map(|&mass| R::ONE / mass).collect();
         let mut state = State {
@@ -86,7 +86,11 @@ impl<R: Real> Model<R> {
             state.velocities[pin.particle] = R::Vec3::of(pin.velocity);
         }
         let bodies: Vec<_> = scene.bodies.iter().map(|body| body.particles.clone()).collect();
-        let (slots, springs) = Springs::new(masses.len(), &scene.springs, &bodies);
+        let (mut springs, size) = (Springs::new(&scene.springs), scene.size());
+        if let Cow::Owned(scene) = &mut scene {
+            (scene.particles, scene.springs) = Default::default();
+        }
+        let slots = springs.order(masses.len(), &bodies);
         let mut model = Model {
             masses,
             inverse_masses,
@@ -111,11 +115,15 @@ impl<R: Real> Model<R> {
                 own: Vec::new(),
             },
             extent: R::of(scene.world.extent),
-            size: size(scene),
-            bodies: scene.bodies.clone(),
+            size,
+            bodies: Vec::new(),
             slots,
         };
-        model.add_rows(scene);
+        model.add_rows(&scene);
+        model.bodies = match scene {
+            Cow::Owned(scene) => scene.bodies,
+            Cow::Borrowed(scene) => scene.bodies.clone(),
+        };
         Ok((model, state))
     }
 
@@ -337,21 +345,22 @@ impl<R: Real> Model<R> {
         }
     }
 
-    /// Finds the contacts of these positions; whether a particle that something moves lies on an
-    /// obstacle.
+    /// Finds the contacts of these positions of particles that something moves; whether any lies on
+    /// an obstacle, and whether there is a contact.
     pub(crate) fn find(
         &self,
         level: Level,
         positions: &[R],
         when: When,
         contacts: &mut Vec<Contact>,
-    ) -> bool {
+    ) -> [bool; 2] {
         if self.obstacles.is_empty() {
-            return false;
+            return [false; 2];
         }
         let (places, count) = (self.places(positions), self.obstacles.count());
         contacts.resize(positions.len() / RECORD * count, Contact::default());
-        find(level, &self.obstacles, ContactSearch { places, contacts, count, when })
+        let search = ContactSearch { places, contacts, count, when, extent: self.extent };
+        find(level, &self.obstacles, search)
     }
 
     fn found<'a>(&self, contacts: &'a [Contact]) -> Found<'a> {
@@ -576,22 +585,4 @@ impl<R: Real> Model<R> {
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
-}
-
-fn size(scene: &Scene) -> f64 {
-    let diagonal = |particles: &[Particle]| {
-        let mut positions = particles.iter().map(|particle| particle.position);
-        let first = positions.next().unwrap_or_default();
-        let grow = |(low, high): (DVec3, DVec3), x: DVec3| (low.min(x), high.max(x));
-        let (low, high) = positions.fold((first, first), grow);
-        let across = high - low;
-        Real::sqrt(across.dot(across))
-    };
-    let bodies = scene.bodies.iter().map(|body| &scene.particles[body.particles.clone()]);
-    let largest = bodies.map(diagonal).fold(0.0, f64::max);
-    let whole = || diagonal(&scene.particles);
-    let longest = || scene.springs.iter().map(|spring| spring.rest_length).fold(0.0, f64::max);
-    let positive = |size: &f64| 0.0 < *size;
-    let found = Some(largest).filter(positive).or_else(|| Some(whole()).filter(positive));
-    found.or_else(|| Some(longest()).filter(positive)).unwrap_or(1.0)
 }

@@ -9,6 +9,7 @@ use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;
 use crate::pack::{dot, zip};
 use crate::scene::{Body, Shell, Solid};
+use alloc::vec::Vec;
 use glam::DVec3;
 
 /// One instant of a system, borrowed; in the order of the scene.
@@ -98,9 +99,14 @@ impl<'a, R: Real> Snapshot<'a, R> {
     }
 
     /// Overwrites `to` with all positions in single precision, metres.
-    pub fn copy_positions(&self, to: &mut alloc::vec::Vec<[f32; 3]>) {
-        to.clear();
-        to.extend(self.positions().map(|position| position.to_f32().to_array()));
+    pub fn copy_positions<T: Clone + Default + From<[f32; 3]>>(&self, to: &mut Vec<T>) {
+        let single = |position: R::Vec3| T::from(position.to_f32().to_array());
+        if let Some(positions) = self.other {
+            to.clear();
+            to.extend(positions.iter().copied().map(single));
+        } else {
+            self.slots.collect(to, |at| single(columns::vector::<R>(self.columns, at)));
+        }
     }
 
     /// Whether a spring is cut.

@@ -22,13 +22,8 @@ impl<R: Real> State<R> {
     /// Checks that every position is inside a world of this extent and every velocity finite;
     /// `inside` says so in words.
     pub(crate) fn check(&self, extent: R, inside: &'static str) -> Result<(), Error> {
-        for (row, (position, velocity)) in self.positions.iter().zip(&self.velocities).enumerate() {
-            let (at, reach) = (("particle", row), position.extent());
-            check(reach <= extent, "position", at, reach.to_f64(), inside)?;
-            let speed = velocity.extent().to_f64();
-            check(speed.is_finite(), "velocity", at, speed, "finite")?;
-        }
-        Ok(())
+        let rows = self.positions.iter().zip(&self.velocities);
+        check_motions(rows.map(|(&position, &velocity)| (position, velocity)), extent, inside)
     }
 
     /// The same state in another precision, each number rounded once.
@@ -37,6 +32,21 @@ impl<R: Real> State<R> {
             |column: &[R::Vec3]| column.iter().map(|value| S::Vec3::of(value.to_f64())).collect();
         State { positions: vectors(&self.positions), velocities: vectors(&self.velocities) }
     }
+}
+
+/// Checks positions and velocities, see [`State::check`].
+pub(crate) fn check_motions<R: Real>(
+    motions: impl Iterator<Item = (R::Vec3, R::Vec3)>,
+    extent: R,
+    inside: &'static str,
+) -> Result<(), Error> {
+    for (row, (position, velocity)) in motions.enumerate() {
+        let (at, reach) = (("particle", row), position.extent());
+        check(reach <= extent, "position", at, reach.to_f64(), inside)?;
+        let speed = velocity.extent().to_f64();
+        check(speed.is_finite(), "velocity", at, speed, "finite")?;
+    }
+    Ok(())
 }
 
 /// Positions and velocities as the passes of a step read and write them.

@@ -6,7 +6,7 @@ use crate::viewing::pick::bounds;
 use crate::viewing::quantity::{Quantity, Scale};
 use crate::viewing::view::{Style, View};
 use glam::Vec3;
-use msd_core::{Real, Snapshot, Vector};
+use msd_core::{Real, Snapshot};
 
 /// Overwrites all columns with the contents of the snapshot.
 ///
@@ -18,7 +18,7 @@ pub(crate) fn set_geometry<R: Real>(
     limit: u64,
 ) {
     geometry.clear();
-    geometry.positions.extend(snapshot.positions().map(|position| position.to_f32()));
+    snapshot.copy_positions(&mut geometry.positions);
     geometry.bounds = bounds(snapshot).unwrap_or((Vec3::ZERO, Vec3::ZERO));
     geometry.particle_radius = particle_radius(snapshot, view, geometry.bounds);
     set_shades(geometry, snapshot, &view.style);

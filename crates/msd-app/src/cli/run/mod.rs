@@ -31,10 +31,11 @@ use web_time::{Duration, Instant};
 /// Runs a scene, writes the requested files and prints the result.
 pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     hush(arguments.quiet);
-    let interrupt = Interrupt::catch();
     let scene = arguments.scene.as_deref().unwrap_or(Path::new(""));
     let mut prepared =
         prepare((scene, &arguments.set), &arguments.solver, ("--duration", arguments.duration))?;
+    // From here on: until the scene is open, there is nothing to keep.
+    let interrupt = Interrupt::catch();
     let mut files = Files::open(arguments, &prepared)?;
     let began = prepared.runner.time();
     let (mut done, diverged) = step_all(&mut prepared, &mut files, &interrupt);

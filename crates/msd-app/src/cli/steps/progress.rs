@@ -5,32 +5,63 @@ use crate::cli::failure::{is_quiet, note};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use msd_study::monitor::{Halt, Monitor, Progress};
 use msd_study::quantity::rounded;
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::io::{IsTerminal, stderr};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 /// Delay before a command reports its activity.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Prints an activity that takes long, unless dropped within a second.
+/// Reports an activity that takes long, unless dropped within a second: on a terminal by a line
+/// that counts the seconds and goes when dropped, elsewhere by a note.
 pub struct SlowNotice {
-    _dropped: Sender<()>,
+    dropped: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
 }
 
 impl SlowNotice {
     /// Starts the delay.
     pub fn new(what: String) -> Self {
-        SlowNotice::after(PATIENCE, move || note(&format!("{what} ...")))
+        SlowNotice::after(PATIENCE, move |dropped| {
+            if is_quiet() || !stderr().is_terminal() {
+                return note(&format!("{what} ..."));
+            }
+            let line = ticking(ProgressBar::new_spinner(), SPINNER).with_elapsed(PATIENCE);
+            line.set_message(what);
+            let _ = dropped.recv();
+            line.finish_and_clear();
+        })
     }
 
-    fn after(patience: Duration, notice: impl FnOnce() + Send + 'static) -> Self {
+    fn after(patience: Duration, notice: impl FnOnce(&Receiver<()>) + Send + 'static) -> Self {
         let (sender, receiver) = channel();
-        std::thread::spawn(move || {
+        let thread = std::thread::spawn(move || {
             if receiver.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
-                notice();
+                notice(&receiver);
             }
         });
-        SlowNotice { _dropped: sender }
+        SlowNotice { dropped: Some(sender), thread: Some(thread) }
     }
+}
+
+impl Drop for SlowNotice {
+    /// Waits until its line is cleared.
+    fn drop(&mut self) {
+        drop(self.dropped.take());
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+const SPINNER: &str = "{spinner} {elapsed} {msg}";
+
+/// Draws a line by a template five times a second.
+fn ticking(bar: ProgressBar, template: &str) -> ProgressBar {
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
 }
 
 /// A progress line on the terminal, until Ctrl-C cancels the work; silent if standard error is not
@@ -48,7 +79,7 @@ type Show = fn(&ProgressBar, &Progress);
 impl Terminal {
     /// Returns an empty line, which shows the current activity.
     pub fn new() -> Self {
-        Terminal::of(ProgressBar::new_spinner(), "{spinner} {elapsed} {msg}", |bar, progress| {
+        Terminal::of(ProgressBar::new_spinner(), SPINNER, |bar, progress| {
             let Progress { now, done, left, .. } = progress;
             bar.set_message(match left {
                 Some(left) => {
@@ -61,11 +92,7 @@ impl Terminal {
 
     /// Returns a line with another template and another display.
     pub fn of(bar: ProgressBar, template: &str, show: Show) -> Self {
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style);
-        }
-        bar.enable_steady_tick(Duration::from_millis(200));
-        Terminal { bar, interrupt: Interrupt::catch(), show }
+        Terminal { bar: ticking(bar, template), interrupt: Interrupt::catch(), show }
     }
 }
 
@@ -133,7 +160,7 @@ mod tests {
         let announced = Arc::new(AtomicBool::new(false));
         let announce = || {
             let announced = announced.clone();
-            move || announced.store(true, Ordering::Relaxed)
+            move |_: &Receiver<()>| announced.store(true, Ordering::Relaxed)
         };
         drop(SlowNotice::after(Duration::from_secs(3600), announce()));
         assert!(!announced.load(Ordering::Relaxed));

@@ -355,15 +355,9 @@ impl Layout {
             let [i, j] = springs.ends(spring);
             halo + j % len - (j - i)
         };
-        let mut starts = vec![0u32; halo + len + 1];
-        near.iter().for_each(|&spring| starts[step_of(spring) + 1] += 1);
-        (0..halo + len).for_each(|step| starts[step + 1] += starts[step]);
-        let (mut next, mut ordered) = (starts.clone(), vec![0u32; near.len()]);
-        for spring in near {
-            let place = &mut next[step_of(spring)];
-            ordered[*place as usize] = spring;
-            *place += 1;
-        }
+        // The farthest first, which leaves little to sort in a step.
+        let (_, near) = by_place(near, halo + 1, |spring| halo - springs.apart(spring));
+        let (starts, mut ordered) = by_place(near, halo + len, step_of);
         for step in 0..halo + len {
             let ordered = &mut ordered[starts[step] as usize..starts[step + 1] as usize];
             let key = |&spring: &u32| {
@@ -511,6 +505,20 @@ impl BlockSprings<'_> {
         });
         Lists::new(self.count, rows)
     }
+}
+
+/// Springs by their place among `count`, those of one place in turn, and where each place starts.
+fn by_place(springs: Vec<u32>, count: usize, place: impl Fn(u32) -> usize) -> (Vec<u32>, Vec<u32>) {
+    let mut starts = vec![0u32; count + 1];
+    springs.iter().for_each(|&spring| starts[place(spring) + 1] += 1);
+    (0..count).for_each(|place| starts[place + 1] += starts[place]);
+    let (mut next, mut ordered) = (starts.clone(), vec![0u32; springs.len()]);
+    for spring in springs {
+        let next = &mut next[place(spring)];
+        ordered[*next as usize] = spring;
+        *next += 1;
+    }
+    (starts, ordered)
 }
 
 fn sorted([a, b]: [u32; 2]) -> [u32; 2] {

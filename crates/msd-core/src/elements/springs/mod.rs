@@ -57,7 +57,7 @@ impl<R: Real> Values<R> {
     }
 
     /// A column has one form only.
-    fn collect(values: impl ExactSizeIterator<Item = R> + Clone) -> Self {
+    fn collect(values: impl Iterator<Item = R> + Clone) -> Self {
         let first = values.clone().next().unwrap_or(R::ZERO);
         if values.clone().all(|value| value == first) {
             Values::Same(first)
@@ -86,12 +86,8 @@ pub struct Springs<R: Real> {
 }
 
 impl<R: Real> Springs<R> {
-    /// Orders the springs between `count` particles; `bodies` are the particles of each body.
-    pub(crate) fn new(
-        count: usize,
-        rows: &[Spring],
-        bodies: &[Range<usize>],
-    ) -> (Slots, Springs<R>) {
+    /// Takes over springs, to be put in order.
+    pub(crate) fn new(rows: &[Spring]) -> Self {
         let mut springs = Springs {
             ends: Vec::new(),
             rest_lengths: Vec::new(),
@@ -102,16 +98,26 @@ impl<R: Real> Springs<R> {
             values: Aligned::default(),
             stiffness_sums: Aligned::default(),
         };
-        (springs.add(count, rows, bodies), springs)
+        springs.add(rows);
+        springs
     }
 
-    /// Adds springs and orders all of them anew.
-    pub(crate) fn add(&mut self, count: usize, rows: &[Spring], bodies: &[Range<usize>]) -> Slots {
-        let mut constants = self.constants();
+    /// Adds springs, to be put in order.
+    pub(crate) fn add(&mut self, rows: &[Spring]) {
+        let count = self.ends.len();
+        let column = |values: &Values<R>, number: fn(&Spring) -> f64| {
+            let there = (0..count).map(|spring| values.get(spring));
+            Values::collect(there.chain(rows.iter().map(|row| R::of(number(row)))))
+        };
+        self.stiffnesses = column(&self.stiffnesses, |row| row.stiffness);
+        self.dampings = column(&self.dampings, |row| row.damping);
         self.ends.extend(rows.iter().map(|spring| spring.ends.map(|end| end as u32)));
         self.rest_lengths.extend(rows.iter().map(|spring| R::of(spring.rest_length)));
-        constants.extend(rows.iter().map(|row| [row.stiffness, row.damping].map(R::of)));
-        self.set_constants(&constants);
+    }
+
+    /// Puts the springs between `count` particles in order; `bodies` are the particles of each
+    /// body.
+    pub(crate) fn order(&mut self, count: usize, bodies: &[Range<usize>]) -> Slots {
         let cut = core::mem::take(&mut self.cut);
         let slots;
         (slots, self.layout) = Layout::new(count, &self.ends, bodies);
@@ -237,8 +243,12 @@ impl<R: Real> Springs<R> {
         let mut table = Table::new(&self.layout);
         let Springs { rest_lengths, stiffnesses, dampings, layout, .. } = self;
         table.add(layout, 0, |spring| rest_lengths[spring]);
-        table.add(layout, 1, |spring| stiffnesses.get(spring));
-        table.add(layout, 2, |spring| dampings.get(spring));
+        for (column, values) in [(1, stiffnesses), (2, dampings)] {
+            match values {
+                Values::Same(value) => table.add_alike(layout, column, *value),
+                Values::Each(values) => table.add(layout, column, |spring| values[spring]),
+            }
+        }
         let mut values = Aligned::new(table.values.len(), 9);
         values.copy_from_slice(&table.values);
         self.values = values;

@@ -22,6 +22,13 @@ impl<R: Real> Table<R> {
         Table { values: Vec::new(), uniform: Vec::new(), rows: layout.rows.len() }
     }
 
+    /// Adds a number that all springs share.
+    pub(super) fn add_alike(&mut self, layout: &mut Layout, column: usize, value: R) {
+        for row in &mut layout.rows {
+            row.values[column] = self.place(value, true);
+        }
+    }
+
     /// Adds one number of every spring and notes in each row where it is.
     pub(super) fn add(&mut self, layout: &mut Layout, column: usize, value: impl Fn(usize) -> R) {
         let mut first: Vec<Option<R>> = vec![None; self.rows];
