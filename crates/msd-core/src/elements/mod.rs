@@ -29,7 +29,7 @@ use fearless_simd::Level;
 use glam::DVec3;
 use springs::law::Tangent;
 use springs::matrix::SpringMatrix;
-use springs::project::Groups;
+use springs::project::Batches;
 use springs::{SpringWork, Springs};
 
 /// A source of force on particles.
@@ -311,7 +311,7 @@ pub(crate) trait Force<R: Real>: Debug {
     fn project(&self, _: &mut Projection<'_, R>) {}
 
     /// The count of multipliers that its rows keep from one sweep of XPBD to the next.
-    fn multiplier_count(&self, _: &Groups<R>) -> usize {
+    fn multiplier_count(&self, _: &Batches<R>) -> usize {
         0
     }
 
@@ -366,7 +366,7 @@ pub(crate) struct Projection<'a, R: Real> {
     pub(crate) level: Level,
     /// Length, seconds.
     pub(crate) h: R,
-    pub(crate) groups: &'a mut Groups<R>,
+    pub(crate) batches: &'a mut Batches<R>,
     /// Reciprocal masses, in columns as all of the following.
     pub(crate) inverse_masses: &'a [R],
     /// Positions at the start, metres.

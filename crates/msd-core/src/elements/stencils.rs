@@ -5,7 +5,7 @@
 //! once. The others follow one by one. One code computes one and sixteen, so that their bits are
 //! the same. A new kind is a law, in a file of its own.
 
-use super::springs::project::Groups;
+use super::springs::project::Batches;
 use super::{
     ColumnProducts, Derivatives, Element, Force, ForceWork, MatrixSums, Moment, Motion, Products,
     Projection, Resists, Rows, Stage, Torn, Vectors,
@@ -392,7 +392,7 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Force<R> for Stencils<R, L, N
         }
     }
 
-    fn multiplier_count(&self, _: &Groups<R>) -> usize {
+    fn multiplier_count(&self, _: &Batches<R>) -> usize {
         MULTIPLIERS * (LANES * self.bundles.len() + self.all.len() - self.bundled)
     }
 

@@ -4,7 +4,7 @@ use super::StepContext;
 use super::context::Way;
 use crate::columns::{Aligned, LANES};
 use crate::contact::Evaluated;
-use crate::elements::springs::project::Groups;
+use crate::elements::springs::project::Batches;
 use crate::elements::{Projection, column};
 use crate::number::{Real, at_level};
 use crate::system::{Columns, Model};
@@ -17,7 +17,7 @@ pub(crate) struct Scratch<R: Real> {
     /// The displacements as projected so far, metres: as differences of positions they would lose
     /// the digits that velocities need.
     ways: Aligned<R>,
-    groups: Groups<R>,
+    batches: Batches<R>,
     /// Multipliers that rows have applied in a substep, N s².
     multipliers: Vec<R>,
     /// The pull of springs, newtons, of which only the power of the dampers is wanted.
@@ -26,9 +26,9 @@ pub(crate) struct Scratch<R: Real> {
 
 impl<R: Real> Scratch<R> {
     fn new(model: &Model<R>) -> Self {
-        let groups = Groups::new(&model.springs, &model.slots);
+        let batches = Batches::new(&model.springs, &model.slots);
         let [pulls, ways] = [21, 22].map(|place| column(&model.slots, place));
-        Scratch { ways, groups, multipliers: Vec::new(), pulls }
+        Scratch { ways, batches, multipliers: Vec::new(), pulls }
     }
 }
 
@@ -63,9 +63,9 @@ pub(crate) fn advance<R: Real>(step: &mut StepContext<'_, R>) {
     let scratch = step.scratch.xpbd.take();
     let mut scratch = scratch.unwrap_or_else(|| Box::new(Scratch::new(step.model)));
     if !step.scratch.warm {
-        let (model, groups) = (step.model, &mut scratch.groups);
-        groups.renew(&model.springs, model.inverse_masses(), step.substep());
-        let counts = model.inner().map(|kind| kind.multiplier_count(groups));
+        let (model, batches) = (step.model, &mut scratch.batches);
+        batches.renew(&model.springs, model.inverse_masses(), step.substep());
+        let counts = model.inner().map(|kind| kind.multiplier_count(batches));
         scratch.multipliers.resize(counts.into_iter().sum(), R::ZERO);
         step.scratch.warm = true;
     }
@@ -168,7 +168,7 @@ fn sweep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch<R>) {
     let mut projection = Projection {
         level: step.level,
         h: step.substep(),
-        groups: &mut scratch.groups,
+        batches: &mut scratch.batches,
         inverse_masses: &step.model.inverse_mass_column,
         positions: &step.state.positions,
         ways: &mut scratch.ways,
@@ -179,11 +179,11 @@ fn sweep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch<R>) {
     };
     for kind in kinds {
         kind.project(&mut projection);
-        projection.first += kind.multiplier_count(projection.groups);
+        projection.first += kind.multiplier_count(projection.batches);
     }
     projection.is_back = true;
     for kind in kinds.into_iter().rev() {
-        projection.first -= kind.multiplier_count(projection.groups);
+        projection.first -= kind.multiplier_count(projection.batches);
         kind.project(&mut projection);
     }
 }

@@ -61,13 +61,16 @@ pub fn pull<N: Number, const DAMPED: bool>(
     ([d[0] * scale, d[1] * scale, d[2] * scale], power)
 }
 
-/// Projects a spring of stiffness k h² and damping b h, as XPBD does: returns the impulse on the end
-/// here times h, the opposite of that on the end there, and the sum of all of the substep.
+/// Projects a spring of stiffness k h² and damping b h, as XPBD does. Returns the impulse on the
+/// end here times h, the opposite of that on the end there, and the sum of all of the substep.
 ///
-/// Each end is its position at the start of the substep and its displacement since; `weights` are
-/// reciprocal masses. With d from here to there, L = |d|, u = d/L and s the difference of the
-/// displacements, the impulse times h is (k h² (L − rest) + b h u·s − sum) / (1 + (k h² + b h) (w +
-/// w')) u. A spring whose ends coincide has no direction and is left alone, as is one that is cut.
+/// Each end is its position at the start of the substep and its displacement since. The weights w
+/// are reciprocal masses. With d from here to there, L = |d|, u = d/L and s the difference of the
+/// displacements, the impulse times h is this number times u:
+///
+/// (k h² (L − rest) + b h u·s − sum) / (1 + (k h² + b h) (w + w'))
+///
+/// A spring whose ends coincide has no direction and is left alone, as is one that is cut.
 #[inline(always)]
 pub(crate) fn project<N: Number>(
     [[x, way], [x_there, way_there]]: [[[N; 3]; 2]; 2],

@@ -30,7 +30,7 @@ use glam::DVec3;
 use law::{Law, Tangent};
 pub use layout::Sum;
 use layout::{Layout, Turn};
-use project::Groups;
+use project::Batches;
 pub(crate) use share::SpringWork;
 use share::{Share, Sweep, sum};
 use sweep::Input;
@@ -420,8 +420,8 @@ impl<R: Real> Force<R> for Springs<R> {
         at_level!(projection.level, simd => project::project_all(simd, projection));
     }
 
-    fn multiplier_count(&self, groups: &Groups<R>) -> usize {
-        groups.multiplier_count()
+    fn multiplier_count(&self, batches: &Batches<R>) -> usize {
+        batches.multiplier_count()
     }
 
     fn each_pair(&self, join: &mut dyn FnMut([u32; 2])) {

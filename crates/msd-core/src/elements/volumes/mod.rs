@@ -163,7 +163,11 @@ impl<R: Real> StencilLaw<R, 8> for VolumeLaw<R> {
         for (corner, part) in parts.iter().enumerate() {
             let mass = mass(corner);
             for (axis, part) in part.iter().enumerate() {
-                cells.subtract((corner, axis), |lane| part[lane] * (pulls[lane] * mass[lane]), ways);
+                cells.subtract(
+                    (corner, axis),
+                    |lane| part[lane] * (pulls[lane] * mass[lane]),
+                    ways,
+                );
             }
         }
     }
