@@ -29,6 +29,7 @@ use fearless_simd::Level;
 use glam::DVec3;
 use springs::law::Tangent;
 use springs::matrix::SpringMatrix;
+use springs::project::Batches;
 use springs::{SpringWork, Springs};
 
 /// A source of force on particles.
@@ -310,7 +311,7 @@ pub(crate) trait Force<R: Real>: Debug {
     fn project(&self, _: &mut Projection<'_, R>) {}
 
     /// The count of multipliers that its rows keep from one sweep of XPBD to the next.
-    fn multiplier_count(&self) -> usize {
+    fn multiplier_count(&self, _: &Batches<R>) -> usize {
         0
     }
 
@@ -362,20 +363,25 @@ pub(crate) struct Stage<'a, R> {
 
 /// A substep of XPBD: the columns that its projections move.
 pub(crate) struct Projection<'a, R: Real> {
+    pub(crate) level: Level,
     /// Length, seconds.
     pub(crate) h: R,
-    /// Reciprocal masses in the order of the scene, as all of the following.
+    pub(crate) batches: &'a mut Batches<R>,
+    /// Reciprocal masses, in columns as all of the following.
     pub(crate) inverse_masses: &'a [R],
     /// Positions at the start, metres.
-    pub(crate) starts: &'a [R::Vec3],
+    pub(crate) positions: &'a [R],
     /// The displacements as projected so far, metres.
-    pub(crate) ways: &'a mut [R::Vec3],
-    /// Multipliers that the rows of each kind have applied so far in the substep, N s².
+    pub(crate) ways: &'a mut [R],
+    /// Multipliers that the rows of each kind have applied so far in the substep, N s²: of no
+    /// meaning the first time.
     pub(crate) multipliers: &'a mut [R],
     /// The first multiplier of the kind that is projected.
     pub(crate) first: usize,
     /// Whether rows are projected backwards, the second time.
     pub(crate) is_back: bool,
+    /// Whether springs are the only kind that has rows.
+    pub(crate) has_springs_alone: bool,
 }
 
 /// Scratch of an evaluation of all forces.

@@ -5,6 +5,7 @@
 //! once. The others follow one by one. One code computes one and sixteen, so that their bits are
 //! the same. A new kind is a law, in a file of its own.
 
+use super::springs::project::Batches;
 use super::{
     ColumnProducts, Derivatives, Element, Force, ForceWork, MatrixSums, Moment, Motion, Products,
     Projection, Resists, Rows, Stage, Torn, Vectors,
@@ -42,11 +43,11 @@ pub(crate) trait StencilLaw<R: Real, const N: usize>: Copy + Debug + Send + Sync
     fn multiply<const M: usize>(group: &Group<R, Self, N, M>, tau: R, to: &mut StencilSums<'_, R>);
     /// Adds the diagonal blocks of that matrix.
     fn add_blocks(single: &Group<R, Self, N, 1>, about: (R, &[R]), blocks: &mut [&mut [R]; 2]);
-    /// Moves its particles as XPBD does. See [`Force::project`]; `applied` holds the multipliers
-    /// that the row has applied in the substep.
-    fn project(
-        row: &Stencil<Self, N>,
-        applied: &mut [R; MULTIPLIERS],
+    /// Moves the particles of a group as XPBD does. See [`Force::project`]; `applied` holds the
+    /// multipliers that each has applied in the substep.
+    fn project<const M: usize>(
+        group: &Group<R, Self, N, M>,
+        applied: &mut [[R; M]; MULTIPLIERS],
         projection: &mut Projection<'_, R>,
     );
     /// See [`Force::energy_and_pulls`].
@@ -87,13 +88,13 @@ pub struct Stencil<L, const N: usize> {
 #[derive(Clone, Debug)]
 pub struct Group<R, L, const N: usize, const M: usize> {
     /// Where the numbers of each end start.
-    at: [u32; N],
+    pub(super) at: [u32; N],
     /// That of the first.
     pub(super) law: L,
     /// Stiffness and damping of each.
     pub(super) constants: [[R; M]; 2],
-    is_there: [bool; M],
-    is_full: bool,
+    /// Other than 0 where there is one: numbers, as compilers vectorise no choice by a flag.
+    is_there: [R; M],
 }
 
 /// The stencils of one law.
@@ -154,15 +155,29 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize, const M: usize> Group<R, L, N
     /// Those of some rows that lane 0 of which starts at some places.
     #[inline(always)]
     fn new(rows: &[Stencil<L, N>], at: [u32; N]) -> Self {
-        let (mut constants, mut is_there) = ([[R::ZERO; M]; 2], [false; M]);
+        let (mut constants, mut is_there) = ([[R::ZERO; M]; 2], [R::ZERO; M]);
         for row in rows {
             let lane = (row.at[0] - at[0]) as usize;
             let mut law = row.law;
             let [stiffness, damping] = law.constants();
             (constants[0][lane], constants[1][lane]) = (*stiffness, *damping);
-            is_there[lane] = true;
+            is_there[lane] = R::ONE;
         }
-        Group { at, law: rows[0].law, constants, is_there, is_full: rows.len() == M }
+        Group { at, law: rows[0].law, constants, is_there }
+    }
+
+    /// Projects them, whose multipliers come after those of `rows` rows.
+    #[inline(always)]
+    fn project(&self, rows: usize, projection: &mut Projection<'_, R>) {
+        let own = projection.first + MULTIPLIERS * rows;
+        let mut applied = [[R::ZERO; M]; MULTIPLIERS];
+        if projection.is_back {
+            let kept = &projection.multipliers[own..][..MULTIPLIERS * M];
+            applied.as_flattened_mut().copy_from_slice(kept);
+        }
+        L::project(self, &mut applied, projection);
+        let kept = &mut projection.multipliers[own..][..MULTIPLIERS * M];
+        kept.copy_from_slice(applied.as_flattened());
     }
 
     /// A function that gives the vectors of a column at the ends of the first.
@@ -201,10 +216,9 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize, const M: usize> Group<R, L, N
     ) {
         let at = self.at[end] as usize + axis * LANES;
         let numbers = sums[at..].first_chunk_mut::<M>().expect("numbers of the column");
-        for (lane, number) in numbers.iter_mut().enumerate() {
-            let left = *number - less(lane);
-            let is_there = self.is_full | self.is_there[lane];
-            *number = if is_there { left } else { *number };
+        for lane in 0..M {
+            let left = numbers[lane] - less(lane);
+            numbers[lane] = if self.is_there[lane] != R::ZERO { left } else { numbers[lane] };
         }
     }
 }
@@ -259,7 +273,8 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Stencils<R, L, N> {
         for bundle in &self.bundles {
             let taken = L::pull(bundle, &mut to);
             for lane in 0..LANES {
-                powers[lane] += if bundle.is_there[lane] { taken[lane].to_f64() } else { 0.0 };
+                let is_there = bundle.is_there[lane] != R::ZERO;
+                powers[lane] += if is_there { taken[lane].to_f64() } else { 0.0 };
             }
         }
         let power: f64 = powers.iter().sum();
@@ -270,6 +285,23 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Stencils<R, L, N> {
     fn multiply(&self, tau: R, mut to: StencilSums<'_, R>) {
         self.bundles.iter().for_each(|bundle| L::multiply(bundle, tau, &mut to));
         self.singles().for_each(|single| L::multiply(&single, tau, &mut to));
+    }
+
+    /// Projects bundles and singles in order, or backwards.
+    #[inline(always)]
+    fn project_groups(&self, projection: &mut Projection<'_, R>) {
+        let (bundles, singles) = (self.bundles.len(), self.all.len() - self.bundled);
+        let count = bundles + singles;
+        for turn in 0..count {
+            let number = if projection.is_back { count - 1 - turn } else { turn };
+            if let Some(bundle) = self.bundles.get(number) {
+                bundle.project(LANES * number, projection);
+            } else {
+                let row = &self.all[self.bundled + number - bundles];
+                let single: Group<R, L, N, 1> = Group::new(core::slice::from_ref(row), row.at);
+                single.project(LANES * bundles + number - bundles, projection);
+            }
+        }
     }
 
     fn stored(&self, motion: &Motion<'_, R>) -> [f64; 3] {
@@ -355,22 +387,13 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Force<R> for Stencils<R, L, N
     }
 
     fn project(&self, projection: &mut Projection<'_, R>) {
-        let is_back = projection.is_back;
-        let project = |(number, row): (usize, &Stencil<L, N>)| {
-            let own = projection.first + MULTIPLIERS * number;
-            let mut applied = core::array::from_fn(|place| projection.multipliers[own + place]);
-            L::project(row, &mut applied, projection);
-            projection.multipliers[own..own + MULTIPLIERS].copy_from_slice(&applied);
-        };
-        if is_back {
-            self.all.iter().enumerate().rev().for_each(project);
-        } else {
-            self.all.iter().enumerate().for_each(project);
+        if !self.all.is_empty() {
+            at_level!(projection.level, _simd => self.project_groups(projection));
         }
     }
 
-    fn multiplier_count(&self) -> usize {
-        MULTIPLIERS * self.all.len()
+    fn multiplier_count(&self, _: &Batches<R>) -> usize {
+        MULTIPLIERS * (LANES * self.bundles.len() + self.all.len() - self.bundled)
     }
 
     fn each_pair(&self, join: &mut dyn FnMut([u32; 2])) {

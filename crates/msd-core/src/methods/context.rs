@@ -37,9 +37,9 @@ pub(crate) struct Scratch<R: Real> {
     /// Power dissipated at the last evaluation, watts, and that which pins gave.
     pub(crate) power: f64,
     pub(crate) power_of_pins: f64,
-    /// Whether velocity Verlet knows the accelerations at the current state. A step starts from
-    /// positions and velocities alone, so this holds only where they would be found again to the
-    /// bit.
+    /// Whether velocity Verlet knows the accelerations at the current state, or XPBD the constants
+    /// of springs. A step starts from positions and velocities alone, so this holds only where they
+    /// would be found again to the bit.
     pub(crate) warm: bool,
     pub(crate) dormand_prince: Option<Box<dormand_prince::Scratch<R>>>,
     pub(crate) implicit: Option<Box<implicit::Scratch<R>>>,

@@ -2,23 +2,22 @@
 
 use super::StepContext;
 use super::context::Way;
-use crate::columns::{Aligned, add_vector, set_vector, vector};
+use crate::columns::{Aligned, LANES};
 use crate::contact::Evaluated;
+use crate::elements::springs::project::Batches;
 use crate::elements::{Projection, column};
-use crate::number::{Real, Vector};
+use crate::number::{Real, at_level};
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
-use alloc::vec;
 use alloc::vec::Vec;
 
-/// Scratch of a substep. Positions in the order of the scene, in which springs name their ends.
+/// Scratch of a substep.
 #[derive(Clone, Debug)]
 pub(crate) struct Scratch<R: Real> {
-    /// Positions at the start, metres.
-    starts: Vec<R::Vec3>,
     /// The displacements as projected so far, metres: as differences of positions they would lose
     /// the digits that velocities need.
-    ways: Vec<R::Vec3>,
+    ways: Aligned<R>,
+    batches: Batches<R>,
     /// Multipliers that rows have applied in a substep, N s².
     multipliers: Vec<R>,
     /// The pull of springs, newtons, of which only the power of the dampers is wanted.
@@ -27,10 +26,9 @@ pub(crate) struct Scratch<R: Real> {
 
 impl<R: Real> Scratch<R> {
     fn new(model: &Model<R>) -> Self {
-        let vectors = || vec![R::Vec3::ZERO; model.particle_count()];
-        let counts = model.inner().map(|kind| kind.multiplier_count());
-        let multipliers = vec![R::ZERO; counts.into_iter().sum()];
-        Scratch { starts: vectors(), ways: vectors(), multipliers, pulls: column(&model.slots, 21) }
+        let batches = Batches::new(&model.springs, &model.slots);
+        let [pulls, ways] = [21, 22].map(|place| column(&model.slots, place));
+        Scratch { ways, batches, multipliers: Vec::new(), pulls }
     }
 }
 
@@ -64,6 +62,13 @@ impl<R: Real> Scratch<R> {
 pub(crate) fn advance<R: Real>(step: &mut StepContext<'_, R>) {
     let scratch = step.scratch.xpbd.take();
     let mut scratch = scratch.unwrap_or_else(|| Box::new(Scratch::new(step.model)));
+    if !step.scratch.warm {
+        let (model, batches) = (step.model, &mut scratch.batches);
+        batches.renew(&model.springs, model.inverse_masses(), step.substep());
+        let counts = model.inner().map(|kind| kind.multiplier_count(batches));
+        scratch.multipliers.resize(counts.into_iter().sum(), R::ZERO);
+        step.scratch.warm = true;
+    }
     for _ in 0..step.substeps() {
         let power = advance_substep(step, &mut scratch);
         step.done.counted += power * step.settings.substep();
@@ -99,54 +104,86 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
     let motion = step.state.motion(&model.slots, time);
     let (work, forces) = (&mut step.scratch.work, &mut step.scratch.forces);
     let power = model.set_outer_forces(level, &motion, work, forces);
-    let Scratch { starts, ways, multipliers, .. } = scratch;
-    let inverse_masses = model.inverse_masses();
-    for (particle, at) in model.slots.places().enumerate() {
-        let position = vector::<R>(&step.state.positions, at);
-        let velocity = vector::<R>(&step.state.velocities, at);
-        let force = vector::<R>(&step.scratch.forces, at);
-        let velocity = velocity + force * (h * inverse_masses[particle]);
-        starts[particle] = position;
-        ways[particle] = velocity * h;
-    }
-    let mut projection =
-        Projection { h, inverse_masses, starts, ways, multipliers, first: 0, is_back: false };
-    sweep(model, &mut projection);
-    let per_h = R::ONE / h;
-    for (particle, at) in model.slots.places().enumerate() {
-        // A pin keeps its velocity to the bit.
-        if inverse_masses[particle] != R::ZERO {
-            let before = vector::<R>(&step.state.velocities, at);
-            let velocity = ways[particle] * per_h;
-            set_vector(&mut step.state.velocities, at, velocity);
-            // The pull of the springs follows from the change of velocity; contact needs it.
-            let force = (velocity - before) * (per_h * model.masses()[particle]);
-            set_vector(&mut step.scratch.forces, at, force);
-        }
-    }
+    let (forces, velocities) = (&mut step.scratch.forces, &mut step.state.velocities);
+    let masses = [&*model.mass_column, &*model.inverse_mass_column];
+    at_level!(level, _simd => kick(&mut scratch.ways, velocities, forces, masses[1], h));
+    sweep(step, scratch);
+    let (forces, velocities) = (&mut step.scratch.forces, &mut step.state.velocities);
+    at_level!(level, _simd => end_kick(&scratch.ways, [velocities, forces], masses, R::ONE / h));
     // Velocities have had their kick.
     let meets = step.find_rows(R::ZERO, false);
     if meets {
         step.meet_shells(h);
     }
     let Columns { positions, velocities } = &mut *step.state;
-    for (particle, at) in model.slots.places().enumerate() {
-        let way = if meets { vector::<R>(velocities, at) * h } else { ways[particle] };
-        add_vector::<R>(positions, at, way);
-    }
+    let (ways, per) = if meets { (velocities, h) } else { (&mut scratch.ways, R::ONE) };
+    at_level!(level, _simd => drift(positions, ways, per));
     power
 }
 
+/// Sets the ways that outside forces alone would make.
+#[inline(always)]
+fn kick<R: Real>(ways: &mut [R], v: &[R], f: &[R], w: &[R], h: R) {
+    let n = ways.len();
+    let (v, f, w) = (&v[..n], &f[..n], &w[..n]);
+    for i in 0..n {
+        ways[i] = (v[i] + f[i] * (h * w[i])) * h;
+    }
+}
+
+/// Sets velocities, and forces by their change, which contact needs. A pin keeps its velocity to
+/// the bit.
+#[inline(always)]
+fn end_kick<R: Real>(
+    ways: &[R],
+    [velocities, forces]: [&mut [R]; 2],
+    [masses, inverse_masses]: [&[R]; 2],
+    per_h: R,
+) {
+    let masses = masses.as_chunks::<LANES>().0.iter().flat_map(|masses| [masses; 3]);
+    let columns = ways.as_chunks::<LANES>().0.iter().zip(inverse_masses.as_chunks::<LANES>().0);
+    let outputs = velocities.as_chunks_mut::<LANES>().0.iter_mut();
+    let outputs = outputs.zip(forces.as_chunks_mut::<LANES>().0);
+    for ((m, (ways, w)), (v, f)) in masses.zip(columns).zip(outputs) {
+        for lane in 0..LANES {
+            let velocity = ways[lane] * per_h;
+            let force = (velocity - v[lane]) * (per_h * m[lane]);
+            let is_free = w[lane] != R::ZERO;
+            f[lane] = if is_free { force } else { f[lane] };
+            v[lane] = if is_free { velocity } else { v[lane] };
+        }
+    }
+}
+
+#[inline(always)]
+fn drift<R: Real>(x: &mut [R], ways: &[R], per: R) {
+    for (x, &way) in x.iter_mut().zip(ways) {
+        *x += way * per;
+    }
+}
+
 /// Projects all rows to and fro.
-fn sweep<R: Real>(model: &Model<R>, projection: &mut Projection<'_, R>) {
-    projection.multipliers.fill(R::ZERO);
-    for kind in model.inner() {
-        kind.project(projection);
-        projection.first += kind.multiplier_count();
+fn sweep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch<R>) {
+    let kinds = step.model.inner();
+    let mut projection = Projection {
+        level: step.level,
+        h: step.substep(),
+        batches: &mut scratch.batches,
+        inverse_masses: &step.model.inverse_mass_column,
+        positions: &step.state.positions,
+        ways: &mut scratch.ways,
+        multipliers: &mut scratch.multipliers,
+        first: 0,
+        is_back: false,
+        has_springs_alone: kinds[1..].iter().all(|kind| kind.count() == 0),
+    };
+    for kind in kinds {
+        kind.project(&mut projection);
+        projection.first += kind.multiplier_count(projection.batches);
     }
     projection.is_back = true;
-    for kind in model.inner().into_iter().rev() {
-        projection.first -= kind.multiplier_count();
-        kind.project(projection);
+    for kind in kinds.into_iter().rev() {
+        projection.first -= kind.multiplier_count(projection.batches);
+        kind.project(&mut projection);
     }
 }

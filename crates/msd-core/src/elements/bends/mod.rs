@@ -5,8 +5,9 @@
 
 mod curved;
 
-use super::stencils::{Group, MULTIPLIERS, Stencil, StencilLaw, StencilSums, Stencils};
+use super::stencils::{Group, Stencil, StencilLaw, StencilSums, Stencils};
 use super::{Motion, Products, Projection, Resists};
+use crate::columns::add_vector;
 use crate::number::{Real, Vector};
 use crate::scene::{Bend, Scene};
 use alloc::vec::Vec;
@@ -296,29 +297,50 @@ impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
     }
 
     /// A bend is a constraint |s| = 0 of compliance 1/k, of one that is curved |d| = 0.
-    fn project(row: &Row<R>, applied: &mut [R; MULTIPLIERS], projection: &mut Projection<'_, R>) {
-        let Projection { h, inverse_masses, starts, ways, .. } = projection;
-        let (law, particle) = (&row.law, |end: usize| row.particle(end));
-        let [stiff, damp] = [law.stiffness * *h * *h, law.damping * *h];
-        if let Some(curved) = law.curved(|end| starts[particle(end)] + ways[particle(end)]) {
-            project_curved((row, &curved), applied, [stiff, damp], (inverse_masses, ways));
+    #[inline(always)]
+    fn project<const M: usize>(
+        group: &BendGroup<R, M>,
+        applied: &mut Triple<R, M>,
+        projection: &mut Projection<'_, R>,
+    ) {
+        let Projection { h, inverse_masses, positions, ways, .. } = projection;
+        let (h, law) = (*h, &group.law);
+        let shape = {
+            let (start, way) = (group.first(positions), group.first(ways));
+            law.curved(|end| start(end) + way(end))
+        };
+        if let Some(curved) = shape {
+            project_curved((group, &curved), applied, h, (inverse_masses, ways));
             return;
         }
-        let moved = law.sum(|end| ways[particle(end)]);
-        let bent = law.sum(|end| starts[particle(end)]) + moved;
-        let square = bent.dot(bent);
-        if square < R::SHORTEST_SQUARED {
-            return;
+        let (moved, mut bent) = (group.sums(ways), group.sums(positions));
+        for (bent, moved) in bent.iter_mut().zip(&moved) {
+            (0..M).for_each(|lane| bent[lane] += moved[lane]);
         }
-        let squares =
-            law.terms().map(|(end, weight)| weight * weight * inverse_masses[particle(end)]);
-        let yielding = R::ONE + (stiff + damp) * squares.fold(R::ZERO, |sum, add| sum + add);
-        let drag = damp * bent.dot(moved) * (R::ONE / square);
-        let before = R::Vec3::from_components(*applied);
-        let pull = (bent * (stiff + drag) - before) * (R::ONE / yielding);
-        *applied = (before + pull).components();
+        let (squares, alongs) = (dots(&bent, &bent), dots(&bent, &moved));
+        let mut yielding = [R::ZERO; M];
         for (end, weight) in law.terms() {
-            ways[particle(end)] -= pull * (weight * inverse_masses[particle(end)]);
+            let inverse_masses = group.numbers(inverse_masses, end, 0);
+            (0..M).for_each(|lane| yielding[lane] += weight * weight * inverse_masses[lane]);
+        }
+        let mut pulls = [[R::ZERO; M]; 3];
+        for lane in 0..M {
+            let (stiff, damp) = (group.constants[0][lane] * h * h, group.constants[1][lane] * h);
+            let factor = R::ONE / (R::ONE + (stiff + damp) * yielding[lane]);
+            let drag = damp * alongs[lane] * (R::ONE / squares[lane]);
+            let is_bent = R::SHORTEST_SQUARED <= squares[lane];
+            for axis in 0..3 {
+                let pull = (bent[axis][lane] * (stiff + drag) - applied[axis][lane]) * factor;
+                pulls[axis][lane] = if is_bent { pull } else { R::ZERO };
+                applied[axis][lane] += pulls[axis][lane];
+            }
+        }
+        for (end, weight) in law.terms() {
+            let inverse_masses = group.numbers(inverse_masses, end, 0);
+            for (axis, pulls) in pulls.iter().enumerate() {
+                let moves = |lane: usize| pulls[lane] * (weight * inverse_masses[lane]);
+                group.subtract((end, axis), moves, ways);
+            }
         }
     }
 
@@ -386,33 +408,33 @@ impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
     }
 }
 
-/// Moves the particles of a curved bend, by h² k and h b: first to reduce its deviation from rest,
-/// then against the change of its angle.
-fn project_curved<R: Real>(
-    (row, curved): (&Row<R>, &Curved<R>),
-    [elastic, damped, _]: &mut [R; MULTIPLIERS],
-    [stiff, damp]: [R; 2],
-    (inverse_masses, ways): (&[R], &mut [R::Vec3]),
+/// Moves the particles of a curved bend: first to reduce its deviation from rest, then against the
+/// change of its angle.
+fn project_curved<R: Real, const M: usize>(
+    (group, curved): (&BendGroup<R, M>, &Curved<R>),
+    [elastic, damped, _]: &mut Triple<R, M>,
+    h: R,
+    (inverse_masses, ways): (&[R], &mut [R]),
 ) {
-    let mass = |end: usize| inverse_masses[row.particle(end)];
-    let push = |ways: &mut [R::Vec3], parts: [R::Vec3; 4], [stiff, by]: [R; 2], sum: &mut R| {
+    let mass = |end: usize| inverse_masses[group.at[end] as usize];
+    let push = |ways: &mut [R], parts: [R::Vec3; 4], [stiff, by]: [R; 2], sum: &mut R| {
         let square = |end: usize| parts[end].dot(parts[end]) * mass(end);
         let squares = (0..4).map(square).fold(R::ZERO, |sum, add| sum + add);
         let pull = (stiff * by - *sum) * (R::ONE / (R::ONE + stiff * squares));
         *sum += pull;
         for (end, part) in parts.into_iter().enumerate() {
-            ways[row.particle(end)] -= part * (pull * mass(end));
+            add_vector::<R>(ways, group.at[end] as usize, part * -(pull * mass(end)));
         }
     };
     let square = curved.off.dot(curved.off);
     if R::SHORTEST_SQUARED <= square {
-        let length = square.sqrt();
-        push(ways, curved.parts(curved.off * (R::ONE / length)), [stiff, length], elastic);
+        let (length, stiff) = (square.sqrt(), group.law.stiffness * h * h);
+        push(ways, curved.parts(curved.off * (R::ONE / length)), [stiff, length], &mut elastic[0]);
     }
-    if damp != R::ZERO {
+    if group.law.damping != R::ZERO {
         let along = curved.gradient();
-        let moved = dot_parts::<R>(&along, |end| ways[row.particle(end)]);
-        push(ways, along, [damp, moved], damped);
+        let moved = dot_parts::<R>(&along, group.first(ways));
+        push(ways, along, [group.law.damping * h, moved], &mut damped[0]);
     }
 }
 

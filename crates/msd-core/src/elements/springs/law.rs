@@ -61,6 +61,38 @@ pub fn pull<N: Number, const DAMPED: bool>(
     ([d[0] * scale, d[1] * scale, d[2] * scale], power)
 }
 
+/// Projects a spring of stiffness k h² and damping b h, as XPBD does. Returns the impulse on the
+/// end here times h, the opposite of that on the end there, and the sum of all of the substep.
+///
+/// Each end is its position at the start of the substep and its displacement since. The weights w
+/// are reciprocal masses. With d from here to there, L = |d|, u = d/L and s the difference of the
+/// displacements, the impulse times h is this number times u:
+///
+/// (k h² (L − rest) + b h u·s − sum) / (1 + (k h² + b h) (w + w'))
+///
+/// A spring whose ends coincide has no direction and is left alone, as is one that is cut.
+#[inline(always)]
+pub(crate) fn project<N: Number>(
+    [[x, way], [x_there, way_there]]: [[[N; 3]; 2]; 2],
+    law: Law<N>,
+    weights: [N; 2],
+    (sum, is_there): (N, N::Mask),
+) -> ([N; 3], N) {
+    let parted = zip(way_there, way, |b, a| b - a);
+    let across = zip(zip(x_there, x, |b, a| b - a), parted, |start, way| start + way);
+    let square = dot(across, across);
+    let (zero, one) = (square.zero(), square.one());
+    let length = square.sqrt();
+    let inverse = one / length;
+    let u = [across[0] * inverse, across[1] * inverse, across[2] * inverse];
+    let yielding = one + (law.stiffness + law.damping) * (weights[0] + weights[1]);
+    let pull = law.stiffness * (length - law.rest) + law.damping * dot(u, parted) - sum;
+    let on = square.splat(N::Scalar::SHORTEST_SQUARED).is_at_most(square) & is_there;
+    let pull = N::select(on, pull / yielding, zero);
+    let u = [N::select(on, u[0], zero), N::select(on, u[1], zero), N::select(on, u[2], zero)];
+    ([u[0] * pull, u[1] * pull, u[2] * pull], sum + pull)
+}
+
 /// The elastic energy of a spring of some length, joules: k (length − rest)² / 2.
 #[inline(always)]
 pub fn energy(length: f64, law: Law<f64>) -> f64 {

@@ -11,6 +11,7 @@ pub(crate) mod gather;
 mod sweep;
 mod stored;
 mod share;
+pub(crate) mod project;
 pub(crate) mod matrix;
 
 use crate::columns::slots::Slots;
@@ -29,6 +30,7 @@ use glam::DVec3;
 use law::{Law, Tangent};
 pub use layout::Sum;
 use layout::{Layout, Turn};
+use project::Batches;
 pub(crate) use share::SpringWork;
 use share::{Share, Sweep, sum};
 use sweep::Input;
@@ -425,38 +427,11 @@ impl<R: Real> Force<R> for Springs<R> {
 
     /// A spring is a constraint of compliance 1/k.
     fn project(&self, projection: &mut Projection<'_, R>) {
-        let Projection { h, inverse_masses, starts, ways, multipliers, .. } = projection;
-        let h = *h;
-        let multipliers = &mut multipliers[projection.first..];
-        let pull = |(spring, [a, b]): (usize, [usize; 2])| {
-            let parted = ways[b] - ways[a];
-            let across = (starts[b] - starts[a]) + parted;
-            let squared = across.dot(across);
-            if squared < R::SHORTEST_SQUARED {
-                return;
-            }
-            let law = self.law(spring);
-            let length = squared.sqrt();
-            let direction = across * (R::ONE / length);
-            let stiff = law.stiffness * h * h;
-            let damp = law.damping * h;
-            let moved = direction.dot(parted);
-            let stretch = length - law.rest;
-            let yielding = R::ONE + (stiff + damp) * (inverse_masses[a] + inverse_masses[b]);
-            let pull = (stiff * stretch + damp * moved - multipliers[spring]) / yielding;
-            multipliers[spring] += pull;
-            ways[a] += direction * pull * inverse_masses[a];
-            ways[b] -= direction * pull * inverse_masses[b];
-        };
-        if projection.is_back {
-            self.present().rev().for_each(pull);
-        } else {
-            self.present().for_each(pull);
-        }
+        at_level!(projection.level, simd => project::project_all(simd, projection));
     }
 
-    fn multiplier_count(&self) -> usize {
-        self.ends.len()
+    fn multiplier_count(&self, batches: &Batches<R>) -> usize {
+        batches.multiplier_count()
     }
 
     fn each_pair(&self, join: &mut dyn FnMut([u32; 2])) {

@@ -133,32 +133,42 @@ impl<R: Real> StencilLaw<R, 8> for VolumeLaw<R> {
 
     /// A constraint V = V0 of compliance V0/Λ. A negative Λ, which is not a constraint, pushes away
     /// from it by at most as much.
-    fn project(
-        row: &CellRow<R>,
-        [applied, ..]: &mut [R; MULTIPLIERS],
+    #[inline(always)]
+    fn project<const M: usize>(
+        cells: &Cells<R, M>,
+        [applied, ..]: &mut [[R; M]; MULTIPLIERS],
         projection: &mut Projection<'_, R>,
     ) {
-        let Projection { h, inverse_masses, starts, ways, .. } = projection;
-        let (h, law) = (*h, &row.law);
-        let moved = diagonals::<R>(|corner| ways[row.particle(corner)]);
-        let began = diagonals::<R>(|corner| starts[row.particle(corner)]);
-        let now: Six<R, 1> = from_fn(|diagonal| sum(&began[diagonal], &moved[diagonal]));
+        let Projection { h, inverse_masses, positions, ways, .. } = projection;
+        let (h, law) = (*h, &cells.law);
+        let (moved, began) = (cells.diagonals(ways), cells.diagonals(positions));
+        let now: Six<R, M> = from_fn(|diagonal| sum(&began[diagonal], &moved[diagonal]));
         let shape = CellShape::new(law, now);
         // Over a substep instead of a second: h² times the tension and h times the drag.
         let per_step = VolumeLaw { damping: law.damping * (R::ONE / h), ..*law };
-        let ([pull], _) = shape.pull(&per_step, Some(&moved));
-        let parts = corners(&shape.gradient).map(|part| part.map(|[number]| number));
-        let parts = parts.map(R::Vec3::from_components);
-        let mass = |corner: usize| inverse_masses[row.particle(corner)];
-        let square = |corner: usize| parts[corner].dot(parts[corner]) * mass(corner);
-        let squares = (0..8).map(square).fold(R::ZERO, |sum, add| sum + add);
-        let [factor] = shape.factors(law, h);
-        // Of a negative one the magnitude, which bounds how far it pushes.
-        let yielding = R::ONE + factor.abs() * squares;
-        let pull = (pull * (h * h) - *applied) * (R::ONE / yielding);
-        *applied += pull;
-        for (corner, part) in parts.into_iter().enumerate() {
-            ways[row.particle(corner)] -= part * (pull * mass(corner));
+        let (mut pulls, _) = shape.pull(&per_step, Some(&moved));
+        let (parts, factors) = (corners(&shape.gradient), shape.factors(law, h));
+        let mass = |corner: usize| cells.numbers(inverse_masses, corner, 0);
+        let mut squares = [R::ZERO; M];
+        for (corner, part) in parts.iter().enumerate() {
+            let (square, mass) = (dot(part, part), mass(corner));
+            (0..M).for_each(|lane| squares[lane] += square[lane] * mass[lane]);
+        }
+        for lane in 0..M {
+            // Of a negative one the magnitude, which bounds how far it pushes.
+            let yielding = R::ONE + factors[lane].abs() * squares[lane];
+            pulls[lane] = (pulls[lane] * (h * h) - applied[lane]) * (R::ONE / yielding);
+            applied[lane] += pulls[lane];
+        }
+        for (corner, part) in parts.iter().enumerate() {
+            let mass = mass(corner);
+            for (axis, part) in part.iter().enumerate() {
+                cells.subtract(
+                    (corner, axis),
+                    |lane| part[lane] * (pulls[lane] * mass[lane]),
+                    ways,
+                );
+            }
         }
     }
 
