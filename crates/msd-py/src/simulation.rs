@@ -497,7 +497,7 @@ impl Simulation {
     fn __clear__(&self) {
         let take = |force: &Callable| force.lock().unwrap_or_else(PoisonError::into_inner).take();
         let taken: Vec<_> = self.callables().iter().filter(|it| is_own(it)).map(take).collect();
-        // Objects that the callables refer to may use this run as they end: it is not locked any more.
+        // Objects that they refer to may use this run as they end: it is not locked any more.
         drop(taken);
     }
 
