@@ -3,7 +3,8 @@
 #
 #   scripts/check.sh          all of it
 #   scripts/check.sh STEP...  some of it: fmt clippy doc test release examples bench bare elsewhere
-#                             wasm web package deny; and python and miri, which are not part of "all"
+#                             python wasm web package deny; and wheels and miri, which are not part
+#                             of "all"
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -128,24 +129,54 @@ web() {
     scripts/web-test.sh
 }
 
-# The Python module: a wheel with all features, built once, and its tests on the oldest and the newest
-# CPython at hand, with the oldest and the newest numpy.
-python() {
-    local interpreters=() version wheel out pip
+# The CPythons at hand, the oldest first. With pyenv, all that it has installed.
+pythons() {
+    local version
+    ! command -v pyenv >/dev/null || export PYENV_VERSION=$(pyenv versions --bare | paste -sd :)
     for version in 3.10 3.11 3.12 3.13 3.14; do
-        ! "python$version" -c 'import venv, ensurepip' 2>/dev/null ||
-            interpreters+=("python$version")
+        ! "python$version" -c 'import venv, ensurepip, sys; print(sys.executable)' 2>/dev/null
     done
-    if [ ${#interpreters[@]} -eq 0 ]; then
-        echo "check: SKIPPED python (install it with: apt install python3.11-venv)"
-        [ -z "${MSD_REQUIRE_PYTHON:-}" ]
-        return
-    fi
+}
+
+# Whether there is any; without one, what to install.
+need_python() {
+    [ $# -eq 0 ] || return 0
+    echo "check: SKIPPED python (install it with: apt install python3.11-venv)"
+    [ -z "${MSD_REQUIRE_PYTHON:-}" ] && return 1
+    exit 1
+}
+
+# The Python module: a plain wheel, compiled as the tests were, with its examples and types, on the
+# newest CPython at hand. `wheels` tests it as it is given away.
+python() {
+    local interpreters out
+    mapfile -t interpreters < <(pythons)
+    need_python "${interpreters[@]}" || return 0
+    out=$(mktemp -d)
+    "${interpreters[-1]}" -m venv "$out/venv"
+    local PATH="$out/venv/bin:$PATH"
+    python3 -m pip install -q "maturin>=1.16,<2" numpy pytest mypy
+    maturin build --profile dev --locked --quiet --strip --target-dir target \
+        --config scripts/tests.toml -i python3 -o "$out"
+    python3 -m pip install -q "$out"/*.whl
+    [ ! -x target/debug/msd ] || local -x MSD=$PWD/target/debug/msd
+    python3 -m pytest -q -rs -p no:cacheprovider crates/msd-py/tests
+    python3 -m mypy --strict examples/python
+    python3 examples/python/pull_test.py >/dev/null
+    rm -r "$out"
+}
+
+# A wheel with all features, built once as it is given away, and its tests on the oldest and the
+# newest CPython at hand, with the oldest and the newest numpy, and all engines of sweeps.
+wheels() {
+    local interpreters version wheel out pip
+    mapfile -t interpreters < <(pythons)
+    need_python "${interpreters[@]}" || return 0
     cargo build "${features[@]}" --bin msd
     out=$(mktemp -d)
     "${interpreters[-1]}" -m venv "$out/newest"
     pip="$out/newest/bin/python -m pip install -q"
-    $pip "maturin>=1.16,<2" numpy pytest mypy matplotlib joblib distributed
+    $pip "maturin>=1.16,<2" numpy pytest matplotlib joblib distributed
     $pip ray || echo "check: SKIPPED ray (it cannot be installed for ${interpreters[-1]})"
     PATH="$out/newest/bin:$PATH" CARGO_TARGET_DIR=target/python maturin build --release --locked \
         --quiet --features abi3,pictures,report -i "${interpreters[-1]}" -o "$out"
@@ -161,8 +192,15 @@ python() {
         MSD=$PWD/target/debug/msd "$out/$version/bin/python" -m pytest -q -rs -p no:cacheprovider \
             crates/msd-py/tests
     done
-    "$out/newest/bin/python" -m mypy --strict examples/python
-    "$out/newest/bin/python" examples/python/pull_test.py >/dev/null
+    # Without the lock of the interpreter: PyO3 wants 3.14 or later, and a build of its own.
+    if python3.14t -c 'import venv, ensurepip' 2>/dev/null; then
+        python3.14t -m venv "$out/free"
+        "$out/free/bin/python" -m pip install -q "maturin>=1.16,<2" numpy pytest
+        "$out/free/bin/python" -m pip install -q .
+        "$out/free/bin/python" -m pytest -q -rs -p no:cacheprovider crates/msd-py/tests
+    else
+        echo "check: SKIPPED the free-threaded build (it needs a python3.14t)"
+    fi
     rm -r "$out"
 }
 
@@ -189,7 +227,7 @@ each() {
     local step
     for step in "$@"; do
         case $step in
-        fmt | clippy | doc | examples | bench | bare | elsewhere | miri | package | python | wasm | web | deny) run "$step" "$step" ;;
+        fmt | clippy | doc | examples | bench | bare | elsewhere | miri | package | python | wasm | web | wheels | deny) run "$step" "$step" ;;
         test | release) run "$step" "test_$([ "$step" = test ] && echo debug || echo release)" ;;
         *)
             echo "check: unknown step $step" >&2
@@ -207,7 +245,7 @@ else
     log=$(mktemp)
     (each web) >"$log" 2>&1 &
     browsers=$!
-    (each bare elsewhere package deny) &
+    (each python bare elsewhere package deny) &
     wait $! || failed=1
     wait "$browsers" || failed=1
     cat "$log"

@@ -1,5 +1,8 @@
 """Measures the binding: what calls, arrays and steps cost. Run it on a quiet machine."""
 
+import os
+import signal
+import threading
 import time
 
 start = time.perf_counter()
@@ -54,6 +57,24 @@ force = (best(forced.step, 30) - best(plain.step, 30)) / 16
 print(f"| a callable force, per evaluation of 961 particles | {1e6 * force:.1f} µs |")
 rate = len(scene.springs) * 16 / best(plain.step, 100)
 print(f"| cloth, symplectic Euler, f32 | {rate / 1e9:.2f} G springs/s |")
+
+
+
+def interrupt(threads):
+    """Seconds from Ctrl-C to the end of `step`."""
+    run, sent = msd.Simulation(msd.open("jelly"), threads=threads), []
+    send = lambda: (sent.append(time.perf_counter()), os.kill(os.getpid(), signal.SIGINT))
+    threading.Timer(0.2, send).start()
+    try:
+        run.step(10**12)
+    except KeyboardInterrupt:
+        return time.perf_counter() - sent[0]
+
+
+for threads in (1, 2):
+    waits = sorted(interrupt(threads) for _ in range(9))
+    print(f"| Ctrl-C, threads={threads}: median, longest of 9 | "
+          f"{1e3 * waits[4]:.0f}, {1e3 * waits[-1]:.0f} ms |")
 
 try:
     forced.picture()

@@ -141,6 +141,21 @@ pub struct Seen {
     largest: f64,
 }
 
+impl Seen {
+    /// Takes in the frame that a run shows now.
+    pub fn look(&mut self, runner: &Runner, colour_by: Option<Quantity>) {
+        let now = on!(runner, simulation => bounds_with_ground(&simulation.snapshot()));
+        self.bounds = match (self.bounds, now) {
+            (Some((low, high)), Some((a, b))) => Some((low.min(a), high.max(b))),
+            (all, now) => all.or(now),
+        };
+        if let Some(quantity) = colour_by {
+            let now = on!(runner, simulation => quantity.largest(&simulation.snapshot()));
+            self.largest = self.largest.max(now);
+        }
+    }
+}
+
 /// Runs ahead on a copy and returns what the frames after these steps show.
 ///
 /// Ends if a step fails, as it will fail again, or if `goes_on` of the steps taken returns false.
@@ -157,15 +172,7 @@ pub fn seen(
             }
             taken += 1;
         }
-        let now = on!(&runner, simulation => bounds_with_ground(&simulation.snapshot()));
-        all.bounds = match (all.bounds, now) {
-            (Some((low, high)), Some((a, b))) => Some((low.min(a), high.max(b))),
-            (all, now) => all.or(now),
-        };
-        if let Some(quantity) = colour_by {
-            let now = on!(&runner, simulation => quantity.largest(&simulation.snapshot()));
-            all.largest = all.largest.max(now);
-        }
+        all.look(&runner, colour_by);
     }
     all
 }

@@ -1,6 +1,7 @@
 //! Conversion of numpy arrays: checked reads, and arrays from columns.
 
 use crate::errors::refused;
+use msd_core::Vector;
 use numpy::ndarray::Array2;
 use numpy::{Element, PyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyMemoryError;
@@ -158,6 +159,16 @@ pub fn room<T>(what: &str, count: Option<usize>) -> PyResult<Vec<T>> {
         Some(count) => refused(count as f64 * size),
         None => refused(f64::INFINITY),
     }
+}
+
+/// Returns the components of vectors one after the other.
+pub fn flat<V: Vector>(vectors: impl Iterator<Item = V>, count: usize) -> Vec<V::Scalar>
+where
+    V::Scalar: Copy,
+{
+    let mut numbers = Vec::with_capacity(3 * count);
+    vectors.for_each(|vector| numbers.extend_from_slice(&vector.components()));
+    numbers
 }
 
 /// Returns an array of (n, 3) from consecutive rows.

@@ -5,7 +5,7 @@ use msd_study::monitor::{Halt, Monitor, Progress};
 use pyo3::prelude::*;
 use std::time::{Duration, Instant};
 
-/// How often Python may interrupt what takes long.
+/// Longest time between two interrupts of long work.
 const TURN: Duration = Duration::from_millis(40);
 
 /// A monitor that passes progress on to a callable, and cancels at Ctrl-C or where that raises.
@@ -20,7 +20,7 @@ impl<'a> Caller<'a> {
         Caller { callable, raised: None, looked: Instant::now() }
     }
 
-    /// Whether to go on: no signal came, and nothing was raised.
+    /// Returns whether no signal came and nothing was raised.
     pub fn may_go_on(&mut self) -> bool {
         if self.raised.is_none() && TURN < self.looked.elapsed() {
             self.looked = Instant::now();

@@ -117,8 +117,8 @@ impl<'py> FromPyObject<'_, 'py> for Of {
 /// The most threads of a run.
 const MOST_THREADS: usize = 1024;
 
-/// How a scene is stepped with the keywords of a run, which mean what the options of the command
-/// line do; with the number of its threads.
+/// Returns the solver of a scene with the keywords of a run, and the number of its threads. The
+/// keywords mean the same as the options of the command line.
 pub fn solver(loaded: &Loaded, options: Option<&Bound<'_, PyDict>>) -> PyResult<(Solver, usize)> {
     let Some(options) = options else { return Ok((loaded.solver(), 1)) };
     let py = options.py();

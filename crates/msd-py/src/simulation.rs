@@ -88,7 +88,7 @@ impl Simulation {
         self.work(py, |runner| runner.steps())
     }
 
-    /// How it is stepped: `integrator`, `step`, `substeps`, `automatic`, `tolerance`, `newton`,
+    /// Its settings: `integrator`, `step`, `substeps`, `automatic`, `tolerance`, `newton`,
     /// `precision` and `threads`.
     #[getter]
     fn settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -461,7 +461,7 @@ impl Simulation {
     }
 
     /// A copy that goes on by itself, with the same bits.
-    fn copy(&self, py: Python<'_>) -> PyResult<Self> {
+    pub fn copy(&self, py: Python<'_>) -> PyResult<Self> {
         let runner = self.work(py, |runner| runner.clone())?;
         let forces = Mutex::new(self.callables().clone());
         let shared = Shared::new(runner, Threads::new(self.shared.threads()));
@@ -497,7 +497,7 @@ impl Simulation {
     fn __clear__(&self) {
         let take = |force: &Callable| force.lock().unwrap_or_else(PoisonError::into_inner).take();
         let taken: Vec<_> = self.callables().iter().filter(|it| is_own(it)).map(take).collect();
-        // What they refer to may ask this run something as it ends: it is not locked any more.
+        // Objects that they refer to may use this run as they end: it is not locked any more.
         drop(taken);
     }
 

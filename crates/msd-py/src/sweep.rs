@@ -22,7 +22,24 @@ pub struct Sweep {
 
 /// Read a sweep file; docs/reference/sweeps.md explains its keys.
 ///
-/// The cells are checked when you take them. A scene that names mesh files has no cells here.
+/// The cells are checked when you take them. A scene that names mesh files has no cells here. With
+/// `error = true` a row has `rms_error`, metres, the error of positions against a reference.
+///
+/// >>> import msd, pathlib, tempfile
+/// >>> path = pathlib.Path(tempfile.mkdtemp(), "stiffness.toml")
+/// >>> _ = path.write_text('''
+/// ... version = 1
+/// ... scene = "chain"
+/// ... duration = 0.1
+/// ... error = true
+/// ... [grid]
+/// ... "bodies[0].stiffness" = [1000, 2000]
+/// ... ''')
+/// >>> for cell in msd.sweep(path):
+/// ...     row = msd.run_cell(cell)
+/// ...     print(cell["values"], 0 < row["rms_error"] < 0.1)
+/// {'bodies[0].stiffness': 1000} True
+/// {'bodies[0].stiffness': 2000} True
 #[pyfunction]
 pub fn sweep(py: Python<'_>, path: PathBuf) -> PyResult<Sweep> {
     let opened = py.detach(|| StudySweep::open(&path));

@@ -27,7 +27,8 @@ def documented():
 
 
 @pytest.mark.parametrize("name, text", list(documented()))
-def test_examples_run(name, text):
+def test_examples_run(name, text, tmp_path, monkeypatch):
+    monkeypatch.setenv("MSD_CACHE", str(tmp_path))
     assert text, f"{name} has no docstring"
     test = doctest.DocTestParser().get_doctest(text, {}, name, None, 0)
     flags = doctest.IGNORE_EXCEPTION_DETAIL * 0 | doctest.ELLIPSIS

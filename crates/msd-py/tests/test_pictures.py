@@ -4,8 +4,10 @@ Without any graphics driver each test says that it skips, unless MSD_REQUIRE_ADA
 """
 
 import os
+import signal
 import struct
 import subprocess
+import threading
 import zlib
 
 import numpy as np
@@ -163,6 +165,16 @@ def test_the_frames_before_a_failed_step_are_kept(tmp_path):
     with pytest.raises(msd.StepError):
         msd.film(run, 1000, tmp_path / "%d.png", width=8, height=8)
     assert len(list(tmp_path.iterdir())) == run.steps + 1
+
+
+@drawn
+@pytest.mark.parametrize("threads", [1, 2])
+def test_ctrl_c_ends_a_film_as_it_looks_ahead(tmp_path, threads):
+    run = msd.Simulation(msd.open("jelly"), threads=threads)
+    threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        msd.film(run, 100_000, tmp_path / "%d.png", every=1000, width=8, height=8)  # hours
+    assert run.steps == 0 and not list(tmp_path.iterdir())
 
 
 @drawn

@@ -2,12 +2,11 @@
 
 use super::Picture;
 use super::device::{self, draw_on};
-use crate::caller::Caller;
 use crate::errors::{error, refused};
 use crate::options::Count;
 use crate::run::Simulation;
 use crate::run::lock::Shared;
-use msd_film::{About, Kind, Shot, Sighting, begin, seen, usual_colours, write_png};
+use msd_film::{About, Kind, Seen, Shot, Sighting, begin, usual_colours, write_png};
 use msd_render::{Image, Offscreen, Quantity, RenderError, Style};
 use msd_run::{Runner, on};
 use msd_scene::{Sight, Viewpoint};
@@ -81,7 +80,7 @@ fn draw(py: Python<'_>, shared: &Shared, shot: &Shot, author: Viewpoint) -> PyRe
     })
 }
 
-/// Whether pictures can be drawn.
+/// Returns whether pictures can be drawn.
 pub fn can_draw(py: Python<'_>) -> bool {
     device::open(py).is_ok()
 }
@@ -113,6 +112,23 @@ pub fn png<'py>(
     Some(PyBytes::new(py, &bytes))
 }
 
+/// Runs ahead on a copy and returns what the frames show, up to the first step that fails.
+fn look_ahead(
+    py: Python<'_>,
+    run: &Simulation,
+    (frames, every): (u64, u64),
+    colour_by: Option<Quantity>,
+) -> PyResult<Seen> {
+    let (ahead, mut seen) = (run.copy(py)?, Seen::default());
+    for frame in 0..=frames {
+        if 0 < frame && ahead.try_advance(py, every)?.is_err() {
+            break;
+        }
+        ahead.work(py, |runner| seen.look(runner, colour_by))?;
+    }
+    Ok(seen)
+}
+
 /// Writes a film of a run, which takes its steps.
 pub fn film(
     py: Python<'_>,
@@ -125,31 +141,28 @@ pub fn film(
     if MOST <= frames {
         return Err(refuse(format!("frames is {frames}; it must be below {MOST}")));
     }
-    let Some(last) = frames.checked_mul(every).filter(|_| 0 < every) else {
+    if every == 0 || frames.checked_mul(every).is_none() {
         return Err(refuse(format!("every is {every}; it must be from 1 to 2^64 / frames")));
-    };
-    let steps: Vec<u64> = (0..=last).step_by(every as usize).collect();
+    }
     let kind = Kind::of(path, true).map_err(refuse)?;
     let interval = run.work(py, |runner| runner.settings().step)? * every as f64;
     let shot = look.shot(py, &run.name)?;
-    let shot = Shot { lasting: steps.len() as f64 * interval, ..shot };
+    let shot = Shot { lasting: (frames + 1) as f64 * interval, ..shot };
     draw_on(py, shot.size, |screen| {
         let about = About { size: shot.size, every: interval, is_open: !look.background };
         let mut film = begin(path, &kind, about).map_err(refuse)?;
-        let mut caller = Caller::new(None);
+        let seen = look_ahead(py, run, (frames, every), shot.style.colour_by)?;
         let sighting = run.work(py, |runner| {
             let mut sighting = Sighting::new(&shot, runner, run.camera);
-            let goes_on = |_| caller.may_go_on();
-            sighting.frame_film(seen(runner.clone(), (&steps, shot.style.colour_by), goes_on));
+            sighting.frame_film(seen);
             sighting
         })?;
-        caller.raised().map_or(Ok(()), Err)?;
         let mut shoot = || -> PyResult<()> {
             for frame in 0..=frames {
                 if 0 < frame {
                     run.advance(py, every)?;
                 }
-                let view = sighting.view(frame as f64 / steps.len() as f64);
+                let view = sighting.view(frame as f64 / (frames + 1) as f64);
                 let image = run.work(py, |runner| render(runner, screen, &view))?;
                 let image = image.map_err(|reason| error(py, reason))?;
                 py.detach(|| film.add(image)).map_err(refuse)?;

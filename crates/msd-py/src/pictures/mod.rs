@@ -15,7 +15,7 @@ use crate::run::Simulation;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
-/// How a picture or a film looks: the keywords of both.
+/// The look of a picture or a film: the keywords of both.
 #[cfg_attr(not(feature = "pictures"), expect(dead_code, reason = "nothing is drawn"))]
 pub struct Picture<'a, 'py> {
     /// Width and height, pixels.
@@ -24,7 +24,7 @@ pub struct Picture<'a, 'py> {
     pub camera: Option<&'a Bound<'py, PyAny>>,
     /// The name of a quantity.
     pub colour: Option<&'a str>,
-    /// Whether sky, ground and walls are drawn.
+    /// Draws sky, ground and walls.
     pub background: bool,
 }
 

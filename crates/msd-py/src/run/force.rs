@@ -1,6 +1,6 @@
 //! Forces that a callable of Python returns.
 
-use crate::arrays;
+use crate::arrays::{self, flat};
 use crate::errors::refused;
 use msd_core::elements::{Element, Motion, Vectors};
 use msd_core::glam::DVec3;
@@ -11,18 +11,18 @@ use std::cell::{Cell, RefCell};
 use std::sync::{Arc, Mutex, PoisonError};
 
 thread_local! {
-    /// What a callable raised in the evaluation that goes on in this thread.
+    /// The exception of a callable in the current evaluation of this thread.
     static RAISED: RefCell<Option<PyErr>> = const { RefCell::new(None) };
-    /// Whether a callable is asked in this thread.
+    /// Set while this thread runs a callable.
     static ASKED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// What a callable raised in this thread since this was last asked.
+/// Takes the exception of a callable in this thread.
 pub fn take_raised() -> Option<PyErr> {
     RAISED.with_borrow_mut(Option::take)
 }
 
-/// Whether this thread runs a callable that is a force.
+/// Returns whether this thread runs a callable that is a force.
 pub fn is_asked() -> bool {
     ASKED.get()
 }
@@ -31,7 +31,8 @@ pub fn is_asked() -> bool {
 /// the garbage collector takes it from a run that only it refers to.
 pub type Callable = Arc<Mutex<Option<Py<PyAny>>>>;
 
-/// Whether one run alone has a callable, besides its force: what copies share belongs to none.
+/// Returns whether one run alone has a callable, besides its force. One that copies share belongs
+/// to none.
 pub fn is_own(callable: &Callable) -> bool {
     Arc::strong_count(callable) == 2
 }
@@ -54,8 +55,8 @@ impl Force {
         drop(kept);
         let gone = || refused(py, "the garbage collector took the force of this run");
         let callable = callable.ok_or_else(gone)?;
-        let x = arrays::vectors(py, flat::<R>(motion.positions(), count))?;
-        let v = arrays::vectors(py, flat::<R>(motion.velocities(), count))?;
+        let x = arrays::vectors(py, flat(motion.positions().map(Vector::to_f64), count))?;
+        let v = arrays::vectors(py, flat(motion.velocities().map(Vector::to_f64), count))?;
         let before = ASKED.replace(true);
         let answer = callable.call1(py, (motion.time(), x, v));
         ASKED.set(before);
@@ -108,11 +109,4 @@ impl<R: Real> Element<R> for Force {
             }
         }
     }
-}
-
-/// The components of vectors in double precision.
-fn flat<R: Real>(vectors: impl Iterator<Item = R::Vec3>, count: usize) -> Vec<f64> {
-    let mut rows = Vec::with_capacity(count);
-    vectors.for_each(|vector| rows.push(vector.to_f64().to_array()));
-    rows.into_flattened()
 }

@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 /// have released.
 static FORKS: AtomicU32 = AtomicU32::new(0);
 
-/// How often this process or one that it descends from was forked.
+/// Returns the number of forks between this process and the one that imported msd.
 pub fn forks() -> u32 {
     FORKS.load(Ordering::Relaxed)
 }

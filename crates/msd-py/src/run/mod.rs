@@ -39,7 +39,7 @@ pub struct Simulation {
     pub shared: Shared,
     pub name: String,
     pub title: String,
-    /// Where its author wants the camera.
+    /// The camera of its author.
     pub camera: Viewpoint,
     /// Its forces that are callables.
     pub forces: Mutex<Vec<Callable>>,
@@ -78,12 +78,20 @@ impl Simulation {
 
     /// Takes steps, and lets Python see to signals in between.
     pub fn advance(&self, py: Python<'_>, steps: u64) -> PyResult<()> {
+        self.try_advance(py, steps)?.map_err(|error| core_error(py, error))
+    }
+
+    /// The same; returns the error of a step that failed beside what Python raised.
+    pub fn try_advance(&self, py: Python<'_>, steps: u64) -> PyResult<Result<(), msd_core::Error>> {
         let mut left = steps;
         while 0 < left {
-            left = self.try_work(py, |runner| turn(runner, left))?;
+            match self.work(py, |runner| turn(runner, left))? {
+                Ok(rest) => left = rest,
+                Err(error) => return Ok(Err(error)),
+            }
             py.check_signals()?;
         }
-        Ok(())
+        Ok(Ok(()))
     }
 
     pub fn queue(&self, py: Python<'_>, interaction: Interaction) -> PyResult<()> {

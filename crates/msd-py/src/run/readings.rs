@@ -1,6 +1,6 @@
 //! Readings of a run, as arrays and dicts.
 
-use crate::arrays::{self, room};
+use crate::arrays::{self, flat, room};
 use crate::errors::{core_error, refused};
 use crate::options::{Of, select};
 use crate::run::lock::Shared;
@@ -34,26 +34,16 @@ impl Numbers {
     }
 }
 
-/// Returns the components of vectors in a row.
-pub fn flat<V: Vector>(vectors: impl Iterator<Item = V>, count: usize) -> Vec<V::Scalar>
-where
-    V::Scalar: Copy,
-{
-    let mut numbers = Vec::with_capacity(3 * count);
-    vectors.for_each(|vector| numbers.extend_from_slice(&vector.components()));
-    numbers
-}
-
 /// Copies the numbers of a column of a run.
 macro_rules! numbers {
     ($runner:expr, $column:ident) => {{
         let count = $runner.particle_count();
         match &*$runner {
             msd_run::Runner::F32(it, _) => {
-                crate::run::readings::Numbers::F32(crate::run::readings::flat(it.$column(), count))
+                crate::run::readings::Numbers::F32(crate::arrays::flat(it.$column(), count))
             }
             msd_run::Runner::F64(it, _) => {
-                crate::run::readings::Numbers::F64(crate::run::readings::flat(it.$column(), count))
+                crate::run::readings::Numbers::F64(crate::arrays::flat(it.$column(), count))
             }
         }
     }};

@@ -59,8 +59,7 @@ impl FileKind {
             let reason = error.to_string();
             FileError::Unwritable { file: self.what.into(), reason }
         };
-        let frame = frame(content).map_err(refused)?;
-        Ok([self.line().into_bytes(), frame].concat())
+        frame_after(self.line().as_bytes(), content).map_err(refused)
     }
 
     /// Reads a file into memory once its first line is that of this kind.
@@ -207,13 +206,16 @@ fn malformed(name: &str, reason: String) -> FileError {
 /// # Errors
 /// A content that postcard cannot write.
 pub fn frame(content: &impl Serialize) -> std::io::Result<Vec<u8>> {
-    let mut bytes = vec![0; LENGTH];
-    bytes = postcard::to_extend(content, bytes).map_err(std::io::Error::other)?;
-    let length = (bytes.len() - LENGTH) as u64;
-    bytes[..LENGTH].copy_from_slice(&length.to_le_bytes());
-    let hash = blake3::hash(&bytes[LENGTH..]);
-    bytes.extend_from_slice(hash.as_bytes());
-    Ok(bytes)
+    frame_after(&[], content)
+}
+
+/// The bytes of a frame after those of `head`.
+fn frame_after(head: &[u8], content: &impl Serialize) -> std::io::Result<Vec<u8>> {
+    // Not `to_extend`, which takes twice as long.
+    let content = postcard::to_stdvec(content).map_err(std::io::Error::other)?;
+    let length = (content.len() as u64).to_le_bytes();
+    let hash = blake3::hash(&content);
+    Ok([head, &length, &content, hash.as_bytes()].concat())
 }
 
 #[cfg(test)]

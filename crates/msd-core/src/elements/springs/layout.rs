@@ -18,9 +18,9 @@
 use super::unstructured::{Lists, near_order, slots_of};
 use crate::columns::slots::{Block, Slots};
 use crate::columns::{LANES, RECORD};
+use crate::scene::check::MAX_SPRINGS;
 use alloc::vec;
 use alloc::vec::Vec;
-use core::cmp::Reverse;
 use core::ops::Range;
 
 /// Up to sixteen springs, one for each lane in `mask`.
@@ -128,6 +128,9 @@ pub(crate) struct Layout {
 
 /// The place of a spring that is in no row.
 pub(crate) const NOWHERE: u32 = u32::MAX;
+
+/// The bits of the number of a spring: see [`MAX_SPRINGS`].
+const LANE: u32 = MAX_SPRINGS.ilog2();
 
 /// Springs of one distance that make a family: one for every so many particles, at least. Rows of
 /// fewer would be emptier than rows that name each end are slow.
@@ -355,15 +358,12 @@ impl Layout {
             let [i, j] = springs.ends(spring);
             halo + j % len - (j - i)
         };
-        // The farthest first, which leaves little to sort in a step.
-        let (_, near) = by_place(near, halo + 1, |spring| halo - springs.apart(spring));
-        let (starts, mut ordered) = by_place(near, halo + len, step_of);
+        let (starts, ordered) = by_place(near, halo + len, step_of);
+        let turn = |spring| springs.turn(spring, len);
+        let mut ordered: Vec<u64> = ordered.into_iter().map(turn).collect();
         for step in 0..halo + len {
             let ordered = &mut ordered[starts[step] as usize..starts[step + 1] as usize];
-            let key = |&spring: &u32| {
-                (Reverse(springs.apart(spring)), springs.ends(spring)[1] / len, spring)
-            };
-            ordered.sort_unstable_by_key(key);
+            ordered.sort_unstable();
             let first_row = self.rows.len();
             self.add_rows(springs, ordered, len);
             let rows = (self.rows.len() - first_row) as u32;
@@ -373,18 +373,19 @@ impl Layout {
     }
 
     /// Adds the rows of a step from its springs, the farthest first and by lane.
-    fn add_rows(&mut self, springs: &BlockSprings<'_>, ordered: &[u32], len: usize) {
-        let mut last = (usize::MAX, usize::MAX);
+    fn add_rows(&mut self, springs: &BlockSprings<'_>, ordered: &[u64], len: usize) {
+        let mut last = (u64::MAX, usize::MAX);
         let (mut first_row, mut row) = (self.rows.len(), 0);
-        for &spring in ordered {
-            let (apart, far) = (springs.apart(spring), springs.ends(spring)[1]);
-            let lane = far / len;
+        for turn in ordered {
+            let (apart, lane) = (turn >> 32, (turn >> LANE) as usize % LANES);
+            let spring = (turn & ((1 << LANE) - 1)) as u32;
             if apart != last.0 {
                 first_row = self.rows.len();
             }
             // Two springs between the same ends are in two rows.
             row = if (apart, lane) == last { row + 1 } else { first_row };
             if row == self.rows.len() {
+                let far = springs.ends(spring)[1];
                 let other = ((1 + far % len) * RECORD) as u32;
                 self.rows.push(Row { other, ..Row::default() });
             }
@@ -456,6 +457,14 @@ impl BlockSprings<'_> {
     fn apart(&self, spring: u32) -> usize {
         let [i, j] = self.ends(spring);
         j - i
+    }
+
+    /// A spring as a number, by which those of a step are sorted: the farthest first, then by the
+    /// lane of the other end, which is one of segments of `len` particles.
+    fn turn(&self, spring: u32, len: usize) -> u64 {
+        let [i, j] = self.ends(spring);
+        let nearness = u32::MAX - (j - i) as u32;
+        u64::from(nearness) << 32 | ((j / len) << LANE) as u64 | u64::from(spring)
     }
 
     /// Whether the springs of each distance are a family.
