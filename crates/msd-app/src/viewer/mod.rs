@@ -9,6 +9,7 @@ mod command;
 mod preferences;
 mod guide;
 mod gallery;
+mod lessons;
 mod scene_text;
 mod files;
 mod look;
@@ -23,6 +24,7 @@ pub use gallery::{Gallery, Picture};
 pub(crate) use gesture::{Action, Gesture};
 pub use gesture::{PointerState, Tool};
 pub use guide::{Guide, GuideStep};
+pub use lessons::Lessons;
 pub use look::Aim;
 pub use preferences::{Outlook, Preferences};
 pub use sides::Side;
@@ -105,6 +107,8 @@ pub struct Layout {
     pub guide: Option<Guide>,
     /// The gallery, if it is open.
     pub gallery: Option<Gallery>,
+    /// The lessons, if they are open.
+    pub lessons: Option<Lessons>,
     /// Whether the scene fills the window, without panels.
     pub bare: bool,
     /// Whether the right panel is longer than the window.
@@ -129,6 +133,7 @@ impl Default for Layout {
             hint: true,
             guide: None,
             gallery: None,
+            lessons: None,
             bare: false,
             is_folded: false,
             rect: Rect::ZERO,
@@ -180,7 +185,7 @@ impl Viewer {
             quality: Quality::Full,
             sharpness: Sharpness::default(),
             catalogue,
-            layout: Layout::default(),
+            layout: Layout { lessons: Lessons::of(&loaded), ..Layout::default() },
             hand: PointerState::default(),
             preferences: Preferences::default(),
             #[cfg(not(target_arch = "wasm32"))]
@@ -251,6 +256,12 @@ impl Viewer {
             }
             Command::SaveRun | Command::SaveScene | Command::CopyCommand => {
                 self.file_command(command);
+            }
+            Command::Lessons => {
+                self.layout.lessons = match self.layout.lessons.take() {
+                    Some(_) => None,
+                    None => Some(Lessons::default()),
+                };
             }
             // The tour refers to controls in the panels.
             Command::Guide => {
@@ -420,6 +431,7 @@ impl Viewer {
                 self.source.current = index;
                 self.source.watch = files::FilesRead::of(&self.session.loaded().files);
                 self.note = None;
+                self.layout.lessons = Lessons::of(self.session.loaded());
                 let usual = usual_colours(&self.session.loaded().name);
                 // The user's choice stays between scenes of the same kind.
                 let colours = if usual == before { self.style.colour_by } else { usual };

@@ -9,7 +9,9 @@ use crate::file::keys::Domain;
 use crate::file::look::{look, viewpoint};
 use crate::file::obstacles::{Solids, plane};
 use crate::file::schema::elsewhere::elsewhere;
-use crate::file::schema::{AirRow, GustRow, OrAuto, SceneFile, SolverRow, WindRow, WorldRow};
+use crate::file::schema::{
+    AirRow, GustRow, LessonRow, OrAuto, SceneFile, SolverRow, WindRow, WorldRow,
+};
 use crate::file::sets::NamedSets;
 use crate::file::sets::links::{Links, links};
 use crate::file::sets::materials::set_materials;
@@ -41,6 +43,7 @@ pub(crate) struct Understood {
     pub(crate) rest_scales: Vec<(Range<usize>, f64)>,
     pub(crate) held: Vec<(String, Vec<usize>)>,
     pub(crate) wind: Option<(Wind, DVec3)>,
+    pub(crate) lesson: Option<Box<LessonRow>>,
 }
 
 /// Understands a source.
@@ -71,6 +74,7 @@ pub(crate) fn understand_rows(
     let settings = settings(source, &file.solver, substeps)?;
     let mut world = world(source, &file.world)?;
     let wind = wind(source, file.world.wind, &mut world)?;
+    file.lesson.iter().try_for_each(|row| lesson(source, row))?;
     let camera = viewpoint(source, file.camera.unwrap_or_default(), world.extent)?;
     let mut scene = Scene { world, ..Scene::default() };
     for (row, plane) in file.world.planes.iter().enumerate() {
@@ -124,6 +128,7 @@ pub(crate) fn understand_rows(
         rest_scales: joined.rest_scales,
         held: joined.held,
         wind,
+        lesson: file.lesson.map(Box::new),
     })
 }
 
@@ -326,4 +331,17 @@ fn gust(source: &Source<'_>, row: &GustRow) -> Result<Gust, FileError> {
         seed: row.seed.unwrap_or(default.seed),
         origin: default.origin,
     })
+}
+
+/// Checks the numbers of a lesson.
+fn lesson(source: &Source<'_>, row: &LessonRow) -> Result<(), FileError> {
+    source.number(format_args!("lesson.tolerance"), row.tolerance)?;
+    source.number(format_args!("lesson.time"), row.time.unwrap_or(1.0))?;
+    for (number, row) in row.mistakes.iter().enumerate() {
+        for (name, value) in [("times", row.times), ("power", row.power), ("plus", row.plus)] {
+            let key = format_args!("lesson.mistakes[{number}].{name}");
+            source.number(key, value.unwrap_or(1.0))?;
+        }
+    }
+    Ok(())
 }
