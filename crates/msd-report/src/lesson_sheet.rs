@@ -3,7 +3,7 @@
 use maud::{DOCTYPE, PreEscaped, html};
 use msd_core::Settings;
 use msd_scene::Loaded;
-use msd_study::lesson::Task;
+use msd_study::lesson::Question;
 use msd_study::quantity::rounded;
 
 const STYLE: &str = "body{font:16px/1.5 sans-serif;max-width:44em;margin:2em auto;padding:0 1em}
@@ -11,15 +11,15 @@ td,th{text-align:left;vertical-align:top;padding:.2em 1.5em .2em 0}
 .answer{margin:3em 0}
 @media print{body{font-size:12pt;margin:0}.teacher{break-before:page}}";
 
-/// Returns the sheet of the lesson of a scene with its settings, HTML: the question on one page, the answer of msd and
-/// the known mistakes on the next.
+/// Returns the sheet of the lesson of a scene with its settings, HTML: the question on one page, the
+/// answer of msd and the known mistakes on the next.
 ///
 /// # Errors
 /// A line on why there is no lesson, or no answer.
 pub fn lesson_sheet(loaded: &Loaded, settings: Settings) -> Result<String, String> {
     let lesson = loaded.lesson.as_deref().ok_or("the scene has no lesson")?;
-    let task = Task { lesson, scene: &loaded.scene, settings };
-    let (right, wrong) = (task.answer()?, task.wrong_answers()?);
+    let question = Question { lesson, scene: &loaded.scene, settings };
+    let (right, wrong) = (question.answer()?, question.wrong_answers()?);
     let (name, title, unit) = (&loaded.name, &loaded.title, lesson.answer.unit());
     let percent = rounded(100.0 * lesson.tolerance, 2);
     let page = html! {

@@ -6,14 +6,14 @@ use msd_core::glam::DVec3;
 use msd_core::{Error, Integrator, Plane, Scene, Settings, Simulation};
 use msd_scene::schema::{Answer, LessonRow, MistakeRow};
 
-/// The most evaluations of springs and particles that an answer may take: some tenths of a second.
-const MOST_WORK: f64 = 3e7;
+/// The most evaluations of springs and particles that an answer may take: a tenth of a second.
+const MOST_WORK: f64 = 1e7;
 /// Tolerance of the run that counts as exact.
 const EXACT: f64 = 1e-12;
 
 /// A lesson with its scene and settings.
 #[derive(Clone, Copy, Debug)]
-pub struct Task<'a> {
+pub struct Question<'a> {
     /// The lesson.
     pub lesson: &'a LessonRow,
     /// The scene at its start, with its current values.
@@ -22,16 +22,16 @@ pub struct Task<'a> {
     pub settings: Settings,
 }
 
-/// The verdict on an answer.
+/// The grade on an answer.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Verdict {
+pub enum Grade {
     /// It is right: the number of msd, with its unit.
     Right(String),
     /// It is wrong, for this reason.
     Wrong(String),
 }
 
-impl Task<'_> {
+impl Question<'_> {
     /// Computes the right answer.
     ///
     /// # Errors
@@ -43,11 +43,17 @@ impl Task<'_> {
     /// Computes the wrong answers that the lesson knows.
     ///
     /// # Errors
-    /// As [`Task::answer`].
+    /// As [`Question::answer`].
     pub fn wrong_answers(&self) -> Result<Vec<f64>, String> {
+        // Each number once: it may take a run.
+        let mut known: Vec<(Answer, f64)> = Vec::new();
+        let mut number = |answer: Answer| match known.iter().find(|(of, _)| *of == answer) {
+            Some(&(_, number)) => Ok(number),
+            None => self.number(answer).inspect(|&number| known.push((answer, number))),
+        };
         let wrong = |row: &MistakeRow| {
-            let number = self.number(row.answer.unwrap_or(self.lesson.answer))?;
-            let power = number.powf(row.power.unwrap_or(1.0));
+            let power = number(row.answer.unwrap_or(self.lesson.answer))?;
+            let power = power.powf(row.power.unwrap_or(1.0));
             Ok(row.times.unwrap_or(1.0) * power + row.plus.unwrap_or(0.0))
         };
         self.lesson.mistakes.iter().map(wrong).collect()
@@ -56,8 +62,8 @@ impl Task<'_> {
     /// Checks an answer.
     ///
     /// # Errors
-    /// As [`Task::answer`].
-    pub fn check(&self, given: f64) -> Result<Verdict, String> {
+    /// As [`Question::answer`].
+    pub fn check(&self, given: f64) -> Result<Grade, String> {
         let LessonRow { tolerance, answer, .. } = *self.lesson;
         let right = self.answer()?;
         let is_near = |number: f64| {
@@ -66,7 +72,7 @@ impl Task<'_> {
         };
         if is_near(right) {
             let text = format!("{} {}", rounded(right, 3), answer.unit());
-            return Ok(Verdict::Right(text.trim_end().to_owned()));
+            return Ok(Grade::Right(text.trim_end().to_owned()));
         }
         let wrong = self.wrong_answers()?;
         let known =
@@ -80,7 +86,7 @@ impl Task<'_> {
             None if given.abs() < right.abs() => "It is too small.",
             None => "It is too large.",
         };
-        Ok(Verdict::Wrong(reason.to_owned()))
+        Ok(Grade::Wrong(reason.to_owned()))
     }
 
     /// Computes a number of the scene.
@@ -131,10 +137,11 @@ impl Task<'_> {
     fn run(&self, settings: Settings) -> Result<Simulation<f64>, String> {
         let mut simulation = self.simulation(settings)?;
         let steps = (self.lesson.time.unwrap_or(1.0) / settings.step).round();
-        let size = self.scene.particles.len() + self.scene.springs.len();
-        if MOST_WORK < steps * f64::from(settings.substeps) * size as f64 {
+        let work = steps * (self.scene.particles.len() + self.scene.springs.len()) as f64;
+        if MOST_WORK < work * f64::from(settings.substeps) {
             return Err("the run of this lesson takes too long".into());
         }
+        simulation.set_most_evaluations((MOST_WORK / work) as u64);
         for _ in 0..steps as u64 {
             simulation.step().map_err(words)?;
         }

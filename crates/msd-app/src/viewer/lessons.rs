@@ -2,7 +2,7 @@
 
 use super::Viewer;
 use msd_scene::{Builtin, Loaded};
-use msd_study::lesson::{Task, Verdict, read_number};
+use msd_study::lesson::{Grade, Question, read_number};
 
 /// The lessons while they are open.
 #[derive(Clone, Debug, Default)]
@@ -11,8 +11,8 @@ pub struct Lessons {
     pub(crate) is_list: bool,
     /// The answer in the text field.
     pub(crate) answer: String,
-    /// The verdict on the last answer.
-    pub(crate) verdict: Option<Verdict>,
+    /// The grade on the last answer.
+    pub(crate) grade: Option<Grade>,
 }
 
 impl Lessons {
@@ -27,16 +27,16 @@ impl Viewer {
     pub(crate) fn check_answer(&mut self, lessons: &mut Lessons) {
         let loaded = self.session.loaded();
         let Some(lesson) = loaded.lesson.as_deref() else { return };
-        let verdict = read_number(&lessons.answer, lesson.answer.unit()).and_then(|given| {
+        let grade = read_number(&lessons.answer, lesson.answer.unit()).and_then(|given| {
             let scene =
                 self.session.current_scene().ok_or("restart the scene: it is incomplete")?;
             let settings = self.session.runner().settings();
-            Task { lesson, scene: &scene, settings }.check(given)
+            Question { lesson, scene: &scene, settings }.check(given)
         });
-        if matches!(verdict, Ok(Verdict::Right(_))) && Builtin::find(&loaded.name).is_some() {
+        if matches!(grade, Ok(Grade::Right(_))) && Builtin::find(&loaded.name).is_some() {
             self.preferences.lessons.insert(loaded.name.clone());
         }
-        lessons.verdict = Some(verdict.unwrap_or_else(Verdict::Wrong));
+        lessons.grade = Some(grade.unwrap_or_else(Grade::Wrong));
     }
 
     /// Returns the lessons by their places in the catalogue, and whether each is done.

@@ -4,16 +4,16 @@ use msd_core::glam::DVec2;
 use msd_core::{Friction, Simulation};
 use msd_run::Runner;
 use msd_scene::{LESSONS, Loaded, open, open_set};
-use msd_study::lesson::{Task, Verdict, read_number};
+use msd_study::lesson::{Grade, Question, read_number};
 
-fn with_task<T>(loaded: &Loaded, act: impl FnOnce(Task<'_>) -> T) -> T {
+fn with_question<T>(loaded: &Loaded, act: impl FnOnce(Question<'_>) -> T) -> T {
     let lesson = loaded.lesson.as_deref().expect("a lesson");
     let settings = Runner::open(loaded).expect("it runs").settings();
-    act(Task { lesson, scene: &loaded.scene, settings })
+    act(Question { lesson, scene: &loaded.scene, settings })
 }
 
 fn answer(loaded: &Loaded) -> f64 {
-    with_task(loaded, |task| task.answer().expect(&loaded.name))
+    with_question(loaded, |question| question.answer().expect(&loaded.name))
 }
 
 /// The error in the place of an oscillator of angular frequency 5 and amplitude 0.4 after 1 s of
@@ -72,23 +72,23 @@ fn each_typical_mistake_has_its_own_reason_and_the_right_answer_passes() {
         let loaded = open(builtin.name).expect(builtin.name);
         assert_eq!(loaded.title, builtin.title);
         let lesson = loaded.lesson.as_deref().expect("a lesson");
-        with_task(&loaded, |task| {
-            let right = task.answer().expect("an answer");
+        with_question(&loaded, |question| {
+            let right = question.answer().expect("an answer");
             for given in [right, right * (1.0 - 0.9 * lesson.tolerance)] {
-                let verdict = task.check(given).expect("a verdict");
-                assert!(matches!(verdict, Verdict::Right(_)), "{}: {verdict:?}", builtin.name);
+                let grade = question.check(given).expect("a grade");
+                assert!(matches!(grade, Grade::Right(_)), "{}: {grade:?}", builtin.name);
             }
-            let wrong = task.wrong_answers().expect("numbers");
+            let wrong = question.wrong_answers().expect("numbers");
             assert!(3 <= wrong.len());
             for (number, row) in wrong.into_iter().zip(&lesson.mistakes) {
-                let verdict = task.check(number).expect("a verdict");
-                assert_eq!(verdict, Verdict::Wrong(row.says.clone()), "{}", builtin.name);
+                let grade = question.check(number).expect("a grade");
+                assert_eq!(grade, Grade::Wrong(row.says.clone()), "{}", builtin.name);
             }
             for (factor, says) in
                 [(17.3, "It is too large."), (1e6, "A power of ten is wrong: check the units.")]
             {
-                let verdict = task.check(right * factor).expect("a verdict");
-                assert_eq!(verdict, Verdict::Wrong(says.into()), "{}", builtin.name);
+                let grade = question.check(right * factor).expect("a grade");
+                assert_eq!(grade, Grade::Wrong(says.into()), "{}", builtin.name);
             }
         });
     }
@@ -124,11 +124,14 @@ fn the_block_slides_below_the_critical_friction_and_stays_above() {
 fn a_scene_without_the_number_says_so() {
     let set = msd_scene::Assignment::parse("world.planes=[]").expect("a value");
     let loaded = open_set("lesson-friction", &[set]).expect("a scene");
-    let why = with_task(&loaded, |task| task.check(1.0));
+    let why = with_question(&loaded, |question| question.check(1.0));
     assert_eq!(why, Err("this scene has no plane".into()));
     let set = msd_scene::Assignment::parse("lesson.time=1e9").expect("a value");
     let long = open_set("lesson-euler", &[set]).expect("a scene");
-    assert!(with_task(&long, |task| task.answer()).is_err_and(|why| why.contains("too long")));
+    assert!(
+        with_question(&long, |question| question.answer())
+            .is_err_and(|why| why.contains("too long"))
+    );
 }
 
 #[test]

@@ -4,7 +4,7 @@ use crate::panel::{scroll, theme};
 use crate::viewer::{Lessons, Viewer};
 use egui::{Button, Key, RichText, ScrollArea, TextEdit, Ui, WidgetInfo, vec2};
 use msd_scene::schema::LessonRow;
-use msd_study::lesson::Verdict;
+use msd_study::lesson::Grade;
 use msd_study::quantity::rounded;
 
 /// Width of the box, points.
@@ -73,12 +73,12 @@ fn question(
     if answer(ui, lesson, lessons) {
         viewer.check_answer(lessons);
     }
-    match &lessons.verdict {
-        Some(Verdict::Right(right)) => {
+    match &lessons.grade {
+        Some(Grade::Right(right)) => {
             ui.label(RichText::new(format!("Right: msd computes {right}.")).color(theme::GOOD));
             ui.label(&lesson.theory);
         }
-        Some(Verdict::Wrong(reason)) => _ = ui.label(RichText::new(reason).color(theme::WARN)),
+        Some(Grade::Wrong(reason)) => _ = ui.label(RichText::new(reason).color(theme::WARN)),
         None => {}
     }
     ui.add_space(4.0);
