@@ -11,8 +11,8 @@ td,th{text-align:left;vertical-align:top;padding:.2em 1.5em .2em 0}
 .answer{margin:3em 0}
 @media print{body{font-size:12pt;margin:0}.teacher{break-before:page}}";
 
-/// Returns the sheet of the lesson of a scene with its settings, HTML: the question on one page, the
-/// answer of msd and the known mistakes on the next.
+/// Returns the sheet of the lesson of a scene with its settings, HTML: the question on one page,
+/// the answer of msd and the known mistakes on the next.
 ///
 /// # Errors
 /// A line on why there is no lesson, or no answer.

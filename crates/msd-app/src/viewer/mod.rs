@@ -9,14 +9,13 @@ mod command;
 mod preferences;
 mod guide;
 mod gallery;
-mod lessons;
 mod scene_text;
 mod files;
 mod look;
 #[cfg(not(target_arch = "wasm32"))]
 mod filming;
 
-pub use catalogue::{Catalogue, Entry, catalogue};
+pub use catalogue::{Catalogue, Entry, Lessons, catalogue};
 pub use command::Command;
 #[cfg(not(target_arch = "wasm32"))]
 pub use filming::{FilmFormat, Filming};
@@ -24,7 +23,6 @@ pub use gallery::{Gallery, Picture};
 pub(crate) use gesture::{Action, Gesture};
 pub use gesture::{PointerState, Tool};
 pub use guide::{Guide, GuideStep};
-pub use lessons::Lessons;
 pub use look::Aim;
 pub use preferences::{Outlook, Preferences};
 pub use sides::Side;
