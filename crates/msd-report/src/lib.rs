@@ -1,4 +1,4 @@
-//! Reports of studies: one page to open in a browser, a table of numbers, figures; sheets of lessons.
+//! Reports of studies: one page to open in a browser, a table of numbers, figures. Lesson sheets.
 //!
 //! ```no_run
 //! use msd_study::conduct::{Plan, study};

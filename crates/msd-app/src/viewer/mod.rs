@@ -169,6 +169,7 @@ impl Viewer {
         let listed = catalogue.entries.iter().position(is_loaded);
         let current = listed.filter(|_| loaded.progress.is_none());
         let colour_by = usual_colours(&loaded.name);
+        let lessons = Lessons::of(&loaded);
         Ok(Viewer {
             source: SceneSource {
                 opened: current.is_none().then(|| loaded.clone()),
@@ -183,7 +184,7 @@ impl Viewer {
             quality: Quality::Full,
             sharpness: Sharpness::default(),
             catalogue,
-            layout: Layout { lessons: Lessons::of(&loaded), ..Layout::default() },
+            layout: Layout { lessons, ..Layout::default() },
             hand: PointerState::default(),
             preferences: Preferences::default(),
             #[cfg(not(target_arch = "wasm32"))]
