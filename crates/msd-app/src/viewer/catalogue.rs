@@ -55,6 +55,12 @@ impl Lessons {
 }
 
 impl Viewer {
+    /// Opens or closes the lessons.
+    pub(super) fn toggle_lessons(&mut self) {
+        let is_open = self.layout.lessons.is_some();
+        self.layout.lessons = (!is_open).then(Lessons::default);
+    }
+
     /// Checks the answer in the text field, and keeps that a built-in lesson is done.
     pub(crate) fn check_answer(&mut self, lessons: &mut Lessons) {
         let loaded = self.session.loaded();

@@ -256,12 +256,7 @@ impl Viewer {
             Command::SaveRun | Command::SaveScene | Command::CopyCommand => {
                 self.file_command(command);
             }
-            Command::Lessons => {
-                self.layout.lessons = match self.layout.lessons.take() {
-                    Some(_) => None,
-                    None => Some(Lessons::default()),
-                };
-            }
+            Command::Lessons => self.toggle_lessons(),
             // The tour refers to controls in the panels.
             Command::Guide => {
                 (self.layout.guide, self.layout.panels) = (Some(Guide::default()), true)

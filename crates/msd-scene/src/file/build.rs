@@ -74,7 +74,6 @@ pub(crate) fn understand_rows(
     let settings = settings(source, &file.solver, substeps)?;
     let mut world = world(source, &file.world)?;
     let wind = wind(source, file.world.wind, &mut world)?;
-    file.lesson.iter().try_for_each(|row| lesson(source, row))?;
     let camera = viewpoint(source, file.camera.unwrap_or_default(), world.extent)?;
     let mut scene = Scene { world, ..Scene::default() };
     for (row, plane) in file.world.planes.iter().enumerate() {
@@ -91,8 +90,7 @@ pub(crate) fn understand_rows(
     }
     let budget = Budget::default();
     let mut builder = Builder { source, read_mesh, extent: world.extent, precision, budget, notes };
-    let mut own_sets = Vec::with_capacity(file.bodies.len());
-    let mut made = Vec::with_capacity(file.bodies.len());
+    let (mut own_sets, mut made) = (Vec::new(), Vec::new());
     for (row, body) in file.bodies.iter().enumerate() {
         let built = builder.build(row, body)?;
         own_sets.push(built.own_sets);
@@ -128,7 +126,7 @@ pub(crate) fn understand_rows(
         rest_scales: joined.rest_scales,
         held: joined.held,
         wind,
-        lesson: file.lesson.map(Box::new),
+        lesson: lesson(source, file.lesson)?,
     })
 }
 
@@ -334,7 +332,11 @@ fn gust(source: &Source<'_>, row: &GustRow) -> Result<Gust, FileError> {
 }
 
 /// Checks the numbers of a lesson.
-fn lesson(source: &Source<'_>, row: &LessonRow) -> Result<(), FileError> {
+fn lesson(
+    source: &Source<'_>,
+    row: Option<LessonRow>,
+) -> Result<Option<Box<LessonRow>>, FileError> {
+    let Some(row) = row else { return Ok(None) };
     source.number(format_args!("lesson.tolerance"), row.tolerance)?;
     source.number(format_args!("lesson.time"), row.time.unwrap_or(1.0))?;
     for (number, row) in row.mistakes.iter().enumerate() {
@@ -343,5 +345,5 @@ fn lesson(source: &Source<'_>, row: &LessonRow) -> Result<(), FileError> {
             source.number(key, value.unwrap_or(1.0))?;
         }
     }
-    Ok(())
+    Ok(Some(Box::new(row)))
 }

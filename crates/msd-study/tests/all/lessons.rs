@@ -30,8 +30,8 @@ fn error_of_rk4(steps: u32) -> f64 {
 #[test]
 fn each_answer_has_its_closed_form() {
     let order = (error_of_rk4(10) / error_of_rk4(20)).log2();
-    // Nearly all are exact but for rounding. The exact run of `order` is exact to 1e-12 of the size,
-    // 1e-7 of the smaller error, and searches for modes end at 1e-6.
+    // Nearly all are exact but for rounding. The exact run of `order` has an error of 1e-12 of the
+    // size, 1e-7 of the smaller error, and searches for modes end at 1e-6.
     let expected = [
         ("lesson-hooke", 5.0 / core::f64::consts::TAU, 1e-6),
         ("lesson-step", 10.0 * 0.1 * 1.0 / 2.0, 1e-9),
