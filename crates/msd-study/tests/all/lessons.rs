@@ -38,7 +38,7 @@ fn each_answer_has_its_closed_form() {
         ("lesson-euler", 1.1f64.powi(20), 1e-9),
         ("lesson-order", order, 1e-6),
         ("lesson-stiffness", 2.0 / 200.0, 1e-6),
-        ("lesson-damping", 2.0 / (2.0 * 10.0), 1e-6),
+        ("lesson-damping", 3.0 / (2.0 * 10.0), 1e-6),
         ("lesson-resolution", 10.0 / (2.0 * 5.0), 1e-6),
         ("lesson-friction", 30f64.to_radians().tan(), 1e-9),
     ];
@@ -57,7 +57,7 @@ fn an_answer_follows_the_values_of_the_scene() {
         ("lesson-hooke", "bodies.0.stiffness=200", 2.0),
         ("lesson-step", "solver.substeps=2", 0.5),
         ("lesson-stiffness", "bodies.0.mass=0.4", 2.0),
-        ("lesson-damping", "bodies.0.damping=1", 0.5),
+        ("lesson-damping", "bodies.0.damping=1.5", 0.5),
         ("lesson-resolution", "world.gravity=[0,-5,0]", 0.5),
     ] {
         let set = msd_scene::Assignment::parse(set).expect(set);

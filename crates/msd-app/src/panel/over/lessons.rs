@@ -47,7 +47,7 @@ fn list(ui: &mut Ui, viewer: &Viewer) -> Option<usize> {
         let title = format!("{number}. {}", viewer.catalogue.entries[at].title);
         let is_current = viewer.current() == Some(at);
         let button = Button::selectable(is_current, title.as_str());
-        let button = button.shortcut_text(if is_done { "✔" } else { "" });
+        let button = button.shortcut_text(if is_done { "done" } else { "" });
         let button = ui.add(button.min_size(vec2(ui.available_width(), 0.0)));
         let name = if is_done { format!("{title}, done") } else { title };
         button.widget_info(|| WidgetInfo::selected(egui::Role::Button, true, is_current, &name));
