@@ -61,13 +61,13 @@ pub const BUILTINS: [Builtin; 24] = [
 /// The built-in lessons: scenes with a question, in the order in which they build on each other.
 pub const LESSONS: [Builtin; 8] = [
     builtin!("lesson-hooke", "Hooke's law and frequency"),
-    builtin!("lesson-step", "what a time step is"),
-    builtin!("lesson-euler", "why explicit Euler gains energy"),
-    builtin!("lesson-order", "the order of a method"),
-    builtin!("lesson-stiffness", "stiffness and the stable step"),
-    builtin!("lesson-damping", "the damping ratio"),
-    builtin!("lesson-resolution", "resolution and convergence"),
-    builtin!("lesson-friction", "friction and the critical slope"),
+    builtin!("lesson-step", "What a time step is"),
+    builtin!("lesson-euler", "Why explicit Euler gains energy"),
+    builtin!("lesson-order", "The order of a method"),
+    builtin!("lesson-stiffness", "Stiffness and the stable step"),
+    builtin!("lesson-damping", "The damping ratio"),
+    builtin!("lesson-resolution", "Resolution and convergence"),
+    builtin!("lesson-friction", "Friction and the critical slope"),
 ];
 
 /// The meshes that the crate carries, by the file name that a scene may give.
