@@ -66,7 +66,7 @@ fn packed(loaded: &Loaded) -> Result<Vec<u8>, String> {
 
 /// Decodes the scene that a worker has opened.
 pub(super) fn unpacked(rows: &[u8]) -> Result<Loaded, String> {
-    let other = |_| "the page and its worker have different versions".to_owned();
-    let (loaded, lesson): (Loaded, String) = postcard::from_bytes(rows).map_err(other)?;
-    Ok(Loaded { lesson: serde_json::from_str(&lesson).map_err(|_| other(()))?, ..loaded })
+    const OTHER: &str = "the page and its worker have different versions";
+    let (loaded, lesson): (Loaded, String) = postcard::from_bytes(rows).map_err(|_| OTHER)?;
+    Ok(Loaded { lesson: serde_json::from_str(&lesson).map_err(|_| OTHER)?, ..loaded })
 }
