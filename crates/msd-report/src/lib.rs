@@ -1,4 +1,4 @@
-//! Reports of studies: one page to open in a browser, a table of numbers, figures.
+//! Reports of studies: one page to open in a browser, a table of numbers, figures. Lesson sheets.
 //!
 //! ```no_run
 //! use msd_study::conduct::{Plan, study};
@@ -19,7 +19,9 @@ pub mod energy_figure;
 mod balance_figure;
 mod tables;
 mod report;
+mod lesson_sheet;
 
+pub use lesson_sheet::lesson_sheet;
 pub use report::{csv, drawing, html, png, svg};
 
 #[cfg(doctest)]

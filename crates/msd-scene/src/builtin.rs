@@ -13,6 +13,13 @@ pub struct Builtin {
     pub text: &'static str,
 }
 
+impl Builtin {
+    /// The built-in scene or lesson of a name.
+    pub fn find(name: &str) -> Option<&'static Builtin> {
+        BUILTINS.iter().chain(&LESSONS).find(|builtin| builtin.name == name)
+    }
+}
+
 macro_rules! builtin {
     ($name:literal, $title:literal) => {
         Builtin {
@@ -49,6 +56,18 @@ pub const BUILTINS: [Builtin; 24] = [
     builtin!("chain", "a wave runs along five particles in a row and dies out"),
     builtin!("square", "a square with diagonals falls on the floor and keeps its shape"),
     builtin!("square4", "the same square without diagonals collapses"),
+];
+
+/// The built-in lessons: scenes with a question, in the order in which they build on each other.
+pub const LESSONS: [Builtin; 8] = [
+    builtin!("lesson-hooke", "Hooke's law and frequency"),
+    builtin!("lesson-step", "What a time step is"),
+    builtin!("lesson-euler", "Why explicit Euler gains energy"),
+    builtin!("lesson-order", "The order of a method"),
+    builtin!("lesson-stiffness", "Stiffness and the stable step"),
+    builtin!("lesson-damping", "The damping ratio"),
+    builtin!("lesson-resolution", "Resolution and convergence"),
+    builtin!("lesson-friction", "Friction and the critical slope"),
 ];
 
 /// The meshes that the crate carries, by the file name that a scene may give.

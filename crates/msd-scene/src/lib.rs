@@ -30,7 +30,7 @@ mod builtin;
 mod open;
 pub mod workloads;
 
-pub use builtin::{BUILTINS, Builtin};
+pub use builtin::{BUILTINS, Builtin, LESSONS};
 pub use disk::{FileId, Output, Spool, write_file};
 pub use error::{FileError, Place, nearest, one_line, plain};
 pub use file::tree::{Assignment, SetKeys, key, set_keys};

@@ -1,6 +1,6 @@
 //! Scenes that are ready to run: at their start, or saved on their way.
 
-use crate::file::schema::Solver;
+use crate::file::schema::{LessonRow, Solver};
 use crate::materials::Made;
 use crate::model::Wind;
 use crate::precision::Precision;
@@ -52,6 +52,9 @@ pub struct Loaded {
     /// newtons; `None` without a wind. In a saved run it follows the rest.
     #[serde(skip)]
     pub wind: Option<(Wind, DVec3)>,
+    /// The lesson of the scene. Not saved.
+    #[serde(skip)]
+    pub lesson: Option<Box<LessonRow>>,
     /// Progress of a saved run, from which it resumes. The scene alone has its current places and
     /// velocities.
     pub progress: Option<Box<Progress>>,
@@ -74,6 +77,7 @@ impl Loaded {
             rest_scales: Vec::new(),
             held: Vec::new(),
             wind: None,
+            lesson: None,
             progress: None,
         }
     }

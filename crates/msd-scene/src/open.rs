@@ -1,6 +1,6 @@
 //! Opening by name: a built-in scene, a scene file, a mesh or a saved run.
 
-use crate::builtin::{BUILTINS, carried};
+use crate::builtin::{BUILTINS, Builtin, carried};
 use crate::disk::reason;
 use crate::error::{FileError, nearest};
 use crate::file::schema::SceneFile;
@@ -192,7 +192,7 @@ impl Draft {
             draft.keep(MESH_FILE, Ok(mesh));
             return Ok(draft);
         }
-        if let Some(builtin) = BUILTINS.iter().find(|builtin| Path::new(builtin.name) == name) {
+        if let Some(builtin) = name.to_str().and_then(Builtin::find) {
             return Ok(Draft::new(builtin.name, builtin.text, SceneFormat::Toml, Origin::Builtin));
         }
         Err(unknown_scene(&shown_path(name), &path))
@@ -398,6 +398,7 @@ fn finish(source: &Source<'_>, understood: Understood) -> Loaded {
         rest_scales: understood.rest_scales,
         held: understood.held,
         wind: understood.wind,
+        lesson: understood.lesson,
         ..Loaded::new(name, understood.scene, understood.settings)
     }
 }

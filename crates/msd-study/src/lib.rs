@@ -6,8 +6,9 @@
 //! [`Reference`](reference::Reference) it is compared with; the [`Trial`](trial::Trial), which is
 //! its cost and its [`Errors`](errors::Errors). A [`Study`] is many trials, made by
 //! [`conduct`](conduct::study); [`tune`](tune::tune) searches for one choice, and [`sweep`] runs a
-//! scene over a grid of its keys. [`live_error`] estimates the error of a run while it goes on.
-//! [`quantity`] prints errors and costs in sentences.
+//! scene over a grid of its keys. [`lesson`] computes the answers of lessons. [`live_error`]
+//! estimates the error of a run while it goes on. [`quantity`] prints errors and costs in
+//! sentences.
 //!
 //! ```
 //! use msd_study::tune::{Goal, tune};
@@ -26,6 +27,7 @@ pub mod space;
 mod study;
 pub mod tune;
 pub mod live_error;
+pub mod lesson;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod sweep;
 

@@ -77,6 +77,7 @@ pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
         Some(CliCommand::View(arguments)) => view(arguments),
         None => view(arguments.view),
         Some(CliCommand::Scenes(arguments)) => lists::list_scenes(&arguments),
+        Some(CliCommand::Lessons(arguments)) => lists::run_lessons(&arguments),
         Some(CliCommand::Methods(arguments)) => lists::list_methods(&arguments),
         Some(CliCommand::Schema) => lists::print_schema(),
         Some(CliCommand::Run(arguments)) => match &arguments.replay {

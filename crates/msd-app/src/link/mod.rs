@@ -17,7 +17,7 @@ use msd_run::Runner;
 use msd_run::live::set_all;
 use msd_scene::keys::Live;
 use msd_scene::schema::Solver;
-use msd_scene::{BUILTINS, Edits, Loaded, Precision};
+use msd_scene::{Builtin, Edits, Loaded, Precision};
 use seal::{seal, unseal};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -136,8 +136,7 @@ impl Link {
         if scene == OWN || value("file=").is_some() {
             return Err(LinkError::Damaged);
         }
-        let known = BUILTINS.iter().any(|builtin| builtin.name == scene);
-        if !known {
+        if Builtin::find(scene).is_none() {
             let name: String = scene.chars().filter(|c| !c.is_control()).take(40).collect();
             return Err(LinkError::UnknownScene(name));
         }

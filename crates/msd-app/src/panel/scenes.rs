@@ -40,7 +40,8 @@ fn list(ui: &mut Ui, viewer: &mut Viewer) {
     let is_new = ui.data(|data| data.get_temp(key)) != current;
     ui.data_mut(|data| data.insert_temp(key, viewer.current()));
     super::scroll(ui, area, |ui| {
-        for (index, entry) in viewer.catalogue.entries.iter().enumerate() {
+        let entries = viewer.catalogue.entries.iter().enumerate();
+        for (index, entry) in entries.filter(|(_, entry)| !entry.is_lesson) {
             let key = if index < 9 { (index + 1).to_string() } else { String::new() };
             let button = Button::selectable(viewer.current() == Some(index), entry.name)
                 .shortcut_text(key)
@@ -66,9 +67,18 @@ fn list(ui: &mut Ui, viewer: &mut Viewer) {
         back = ui.add(button).on_hover_text(&*opened.title).clicked();
     }
     ui.spacing_mut().item_spacing.y = 3.0;
-    let hover = "Scene thumbnails, and files (O)";
-    if !viewer.layout.in_page && ui.button("Open…").on_hover_text(hover).clicked() {
-        viewer.command(Command::Open);
+    if !viewer.layout.in_page {
+        ui.horizontal(|ui| {
+            if ui.button("Open…").on_hover_text("Scene thumbnails, and files (O)").clicked() {
+                viewer.command(Command::Open);
+            }
+            let hover = "Eight questions about springs, steps and friction";
+            let lessons = ui.button("Lessons").on_hover_text(hover);
+            viewer.layout.landmarks.insert("lessons", lessons.rect);
+            if lessons.clicked() {
+                viewer.command(Command::Lessons);
+            }
+        });
     }
     if let Some(index) = wanted {
         viewer.open_entry(index);

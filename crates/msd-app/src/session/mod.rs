@@ -53,7 +53,7 @@ use hands::Grab;
 use live_error::LiveErrorMeter;
 use material::{is_look, is_of_looks};
 use msd_core::stability::Estimator;
-use msd_core::{Energy, Error, Interaction, Settings, Vector};
+use msd_core::{Energy, Error, Interaction, Scene, Settings, Vector};
 use msd_run::recording::Event;
 use msd_run::rescue::{Offer, Origin, debris};
 use msd_run::{History, Moment, Runner, Watch, on};
@@ -63,6 +63,7 @@ use past::{Timeline, Undo};
 use recording::SessionRecording;
 use stability_light::StabilityLight;
 use std::fmt::Display;
+use trade::subject;
 use watching::Counts;
 
 /// Most interactions at once that are recorded one by one. The springs of a body of a material have
@@ -373,6 +374,12 @@ impl Session {
         let result = self.change_unwatched(change);
         self.watch.change(self.run.runner());
         result
+    }
+
+    /// Returns the scene at its start with its current values; `None` if particles were removed.
+    pub(crate) fn current_scene(&self) -> Option<Scene> {
+        let now = (&self.loaded, self.steady_force());
+        subject(self.run.runner(), now, StudyFrom::Start)
     }
 
     /// Does the same without a restart of the watch.

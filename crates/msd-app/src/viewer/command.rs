@@ -49,6 +49,8 @@ pub enum Command {
     SaveScene,
     /// Copy the command line for the current view.
     CopyCommand,
+    /// Open or close the lessons.
+    Lessons,
     /// Open the tour.
     Guide,
     /// Switch full screen on or off.

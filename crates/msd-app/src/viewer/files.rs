@@ -188,7 +188,7 @@ impl Viewer {
         let (loaded, runner) = (self.session.loaded(), self.session.runner());
         let (made, set) = (self.session.material().made(), self.session.material().set());
         let refused = |why: &str| format!("the scene cannot be saved: {why}; save the run instead");
-        let builtin = msd_scene::BUILTINS.iter().find(|builtin| builtin.name == loaded.name);
+        let builtin = msd_scene::Builtin::find(&loaded.name);
         let toml = |file: &&PathBuf| file.extension() == Some(OsStr::new("toml"));
         let (text, folder) = match (self.current(), builtin, loaded.files.first().filter(toml)) {
             (Some(_), Some(builtin), _) => (builtin.text.to_owned(), self.folder.clone()),

@@ -43,7 +43,8 @@ impl Gallery {
     /// Lists the built-in scenes and the scenes, meshes and saved runs of a folder, and begins to
     /// open them for their thumbnails.
     pub(super) fn open(builtin: &[super::Entry], folder: &Path) -> Self {
-        let builtin = builtin.iter().map(|entry| (entry.name.to_owned(), entry.title.to_owned()));
+        let scenes = builtin.iter().filter(|entry| !entry.is_lesson);
+        let builtin = scenes.map(|entry| (entry.name.to_owned(), entry.title.to_owned()));
         let files = files(folder).into_iter().map(|file| (file, String::new()));
         let picture = |(name, title)| Picture { name, title, texture: None };
         let pictures: Vec<_> = builtin.chain(files).map(picture).collect();

@@ -15,7 +15,7 @@ mod look;
 #[cfg(not(target_arch = "wasm32"))]
 mod filming;
 
-pub use catalogue::{Catalogue, Entry, catalogue};
+pub use catalogue::{Catalogue, Entry, Lessons, catalogue};
 pub use command::Command;
 #[cfg(not(target_arch = "wasm32"))]
 pub use filming::{FilmFormat, Filming};
@@ -105,6 +105,8 @@ pub struct Layout {
     pub guide: Option<Guide>,
     /// The gallery, if it is open.
     pub gallery: Option<Gallery>,
+    /// The lessons, if they are open.
+    pub lessons: Option<Lessons>,
     /// Whether the scene fills the window, without panels.
     pub bare: bool,
     /// Whether the right panel is longer than the window.
@@ -129,6 +131,7 @@ impl Default for Layout {
             hint: true,
             guide: None,
             gallery: None,
+            lessons: None,
             bare: false,
             is_folded: false,
             rect: Rect::ZERO,
@@ -166,6 +169,7 @@ impl Viewer {
         let listed = catalogue.entries.iter().position(is_loaded);
         let current = listed.filter(|_| loaded.progress.is_none());
         let colour_by = usual_colours(&loaded.name);
+        let lessons = Lessons::of(&loaded);
         Ok(Viewer {
             source: SceneSource {
                 opened: current.is_none().then(|| loaded.clone()),
@@ -180,7 +184,7 @@ impl Viewer {
             quality: Quality::Full,
             sharpness: Sharpness::default(),
             catalogue,
-            layout: Layout::default(),
+            layout: Layout { lessons, ..Layout::default() },
             hand: PointerState::default(),
             preferences: Preferences::default(),
             #[cfg(not(target_arch = "wasm32"))]
@@ -252,6 +256,7 @@ impl Viewer {
             Command::SaveRun | Command::SaveScene | Command::CopyCommand => {
                 self.file_command(command);
             }
+            Command::Lessons => self.toggle_lessons(),
             // The tour refers to controls in the panels.
             Command::Guide => {
                 (self.layout.guide, self.layout.panels) = (Some(Guide::default()), true)
@@ -420,6 +425,7 @@ impl Viewer {
                 self.source.current = index;
                 self.source.watch = files::FilesRead::of(&self.session.loaded().files);
                 self.note = None;
+                self.layout.lessons = Lessons::of(self.session.loaded());
                 let usual = usual_colours(&self.session.loaded().name);
                 // The user's choice stays between scenes of the same kind.
                 let colours = if usual == before { self.style.colour_by } else { usual };

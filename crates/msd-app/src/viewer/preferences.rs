@@ -3,7 +3,7 @@
 use glam::Vec3;
 use msd_render::Camera;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Largest number of scenes with a stored camera.
 const MOST_CAMERAS: usize = 100;
@@ -29,6 +29,8 @@ pub struct Preferences {
     pub cameras: BTreeMap<String, Outlook>,
     /// Whether the user has finished or skipped the tour.
     pub is_guided: bool,
+    /// Names of the lessons with a right answer.
+    pub lessons: BTreeSet<String>,
 }
 
 impl Default for Preferences {
@@ -41,6 +43,7 @@ impl Default for Preferences {
             scene: None,
             cameras: BTreeMap::new(),
             is_guided: false,
+            lessons: BTreeSet::new(),
         }
     }
 }

@@ -22,6 +22,7 @@ mod frame_rate;
 mod hands;
 mod honesty;
 mod left_panel;
+mod lessons;
 mod links;
 mod looks;
 mod manners;

@@ -240,7 +240,7 @@ fn the_gallery_offers_scenes_and_files_and_opens_what_is_clicked() {
     harness.run_steps(3);
     let gallery = harness.state().layout.gallery.as_ref().expect("it is open");
     let names: Vec<&str> = gallery.pictures.iter().map(|picture| &*picture.name).collect();
-    assert_eq!(names.len(), catalogue().entries.len() + 1);
+    assert_eq!(names.len(), msd_scene::BUILTINS.len() + 1);
     assert!(names[names.len() - 1].ends_with("rope.toml"));
     let wanted = harness.query_all_by_role(Role::Button).find(|node| {
         node.accesskit_node().labelled_by().any(|label| label.value().as_deref() == Some("drape"))

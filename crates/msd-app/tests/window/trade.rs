@@ -114,7 +114,7 @@ fn a_search_is_ended_by_its_button(desk: &Desk) {
 fn the_gallery_draws_the_scenes_and_opens_one(desk: &Desk) {
     desk.xdotool("key o");
     let scenes = msd_app::catalogue().entries;
-    desk.wait("every picture is drawn", |now| now["gallery"] == scenes.len());
+    desk.wait("every picture is drawn", |now| now["gallery"] == msd_scene::BUILTINS.len());
     desk.click("second picture");
     let opened = desk.wait("it is opened", |now| now["scene"] == scenes[1].name);
     assert_eq!(opened["gallery"], Value::Null, "{opened}");

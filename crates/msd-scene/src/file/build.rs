@@ -9,7 +9,9 @@ use crate::file::keys::Domain;
 use crate::file::look::{look, viewpoint};
 use crate::file::obstacles::{Solids, plane};
 use crate::file::schema::elsewhere::elsewhere;
-use crate::file::schema::{AirRow, GustRow, OrAuto, SceneFile, SolverRow, WindRow, WorldRow};
+use crate::file::schema::{
+    AirRow, GustRow, LessonRow, OrAuto, SceneFile, SolverRow, WindRow, WorldRow,
+};
 use crate::file::sets::NamedSets;
 use crate::file::sets::links::{Links, links};
 use crate::file::sets::materials::set_materials;
@@ -41,6 +43,7 @@ pub(crate) struct Understood {
     pub(crate) rest_scales: Vec<(Range<usize>, f64)>,
     pub(crate) held: Vec<(String, Vec<usize>)>,
     pub(crate) wind: Option<(Wind, DVec3)>,
+    pub(crate) lesson: Option<Box<LessonRow>>,
 }
 
 /// Understands a source.
@@ -87,8 +90,7 @@ pub(crate) fn understand_rows(
     }
     let budget = Budget::default();
     let mut builder = Builder { source, read_mesh, extent: world.extent, precision, budget, notes };
-    let mut own_sets = Vec::with_capacity(file.bodies.len());
-    let mut made = Vec::with_capacity(file.bodies.len());
+    let (mut own_sets, mut made) = (Vec::new(), Vec::new());
     for (row, body) in file.bodies.iter().enumerate() {
         let built = builder.build(row, body)?;
         own_sets.push(built.own_sets);
@@ -124,6 +126,7 @@ pub(crate) fn understand_rows(
         rest_scales: joined.rest_scales,
         held: joined.held,
         wind,
+        lesson: lesson(source, file.lesson)?,
     })
 }
 
@@ -326,4 +329,21 @@ fn gust(source: &Source<'_>, row: &GustRow) -> Result<Gust, FileError> {
         seed: row.seed.unwrap_or(default.seed),
         origin: default.origin,
     })
+}
+
+/// Checks the numbers of a lesson.
+fn lesson(
+    source: &Source<'_>,
+    row: Option<LessonRow>,
+) -> Result<Option<Box<LessonRow>>, FileError> {
+    let Some(row) = row else { return Ok(None) };
+    source.number(format_args!("lesson.tolerance"), row.tolerance)?;
+    source.number(format_args!("lesson.time"), row.time.unwrap_or(1.0))?;
+    for (number, row) in row.mistakes.iter().enumerate() {
+        for (name, value) in [("times", row.times), ("power", row.power), ("plus", row.plus)] {
+            let key = format_args!("lesson.mistakes[{number}].{name}");
+            source.number(key, value.unwrap_or(1.0))?;
+        }
+    }
+    Ok(Some(Box::new(row)))
 }

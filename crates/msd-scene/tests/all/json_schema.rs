@@ -2,7 +2,7 @@
 
 use msd_scene::keys::Form;
 use msd_scene::schema::{SceneFile, find};
-use msd_scene::{BUILTINS, json_schema};
+use msd_scene::{BUILTINS, LESSONS, json_schema};
 use serde_json::{Value, json};
 
 /// The examples of the reference page that are whole scenes.
@@ -17,7 +17,7 @@ fn every_scene_that_msd_brings_is_valid() {
     let schema = json_schema();
     assert!(jsonschema::meta::is_valid(&schema));
     let validator = jsonschema::validator_for(&schema).expect("a schema");
-    for text in BUILTINS.iter().map(|builtin| builtin.text).chain(examples()) {
+    for text in BUILTINS.iter().chain(&LESSONS).map(|builtin| builtin.text).chain(examples()) {
         let scene: Value = toml::from_str(text).expect(text);
         let errors: Vec<String> = validator
             .iter_errors(&scene)

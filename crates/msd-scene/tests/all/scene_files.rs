@@ -7,7 +7,8 @@ use msd_core::{
 use msd_scene::mesh::{self, Filling, Format, MeshOptions, parse as parse_mesh};
 use msd_scene::schema::{SceneFile, find};
 use msd_scene::{
-    Assignment, BUILTINS, Loaded, Precision, SceneFormat, open, open_set, parse, read, write,
+    Assignment, BUILTINS, LESSONS, Loaded, Precision, SceneFormat, open, open_set, parse, read,
+    write,
 };
 use std::path::Path;
 
@@ -194,7 +195,7 @@ fn json_says_the_same_as_toml() {
 
 #[test]
 fn every_built_in_scene_is_the_same_after_writing_it_and_reading_it_again() {
-    for builtin in BUILTINS {
+    for builtin in BUILTINS.iter().chain(&LESSONS) {
         let rows: SceneFile = read(builtin.text, SceneFormat::Toml, builtin.name).expect("rows");
         for format in [SceneFormat::Toml, SceneFormat::Json] {
             let text = write(&rows, format).expect("text");

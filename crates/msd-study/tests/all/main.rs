@@ -2,6 +2,7 @@
 
 mod audit;
 mod inspection;
+mod lessons;
 mod space;
 mod studies;
 mod sweep;

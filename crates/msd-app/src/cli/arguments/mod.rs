@@ -48,6 +48,8 @@ pub enum CliCommand {
     View(ViewArguments),
     /// List the built-in scenes
     Scenes(ListArguments),
+    /// List the lessons, or write the teacher's sheet of one
+    Lessons(LessonsArguments),
     /// List the methods and their purposes
     Methods(ListArguments),
     /// Print the JSON Schema of scene files, for editors and other programs
@@ -80,6 +82,18 @@ pub struct ListArguments {
     /// Print one JSON list instead of lines
     #[arg(long)]
     pub json: bool,
+}
+
+/// Arguments of `msd lessons`.
+#[derive(Debug, Args)]
+pub struct LessonsArguments {
+    /// A lesson: a name of the list, or a scene file with [lesson]; `msd view` opens it
+    pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub set: SetArguments,
+    /// Write the teacher's sheet to this file, to be printed by a browser [default: SCENE.html]
+    #[arg(long, value_name = "FILE.html", requires = "scene", help_heading = OUTPUT)]
+    pub out: Option<PathBuf>,
 }
 
 /// Arguments of `msd completions`.

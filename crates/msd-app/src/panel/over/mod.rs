@@ -1,7 +1,8 @@
-//! Boxes over the 3D view: divergence, gallery and tour.
+//! Boxes over the 3D view: divergence, gallery, lessons and tour.
 
 mod failure;
 mod gallery;
+mod lessons;
 mod guide;
 
 use crate::viewer::Viewer;
@@ -11,5 +12,6 @@ use egui::Ui;
 pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
     failure::show(ui, viewer);
     gallery::show(ui, viewer);
+    lessons::show(ui, viewer);
     guide::show(ui, viewer);
 }

@@ -32,7 +32,8 @@ use msd_study::choice::{Choice, Fineness};
 use msd_study::conduct::Plan;
 use msd_study::terms::TermRow;
 use std::sync::Arc;
-use subject::{Now, is_same, loaded_of, subject};
+pub(super) use subject::subject;
+use subject::{Now, is_same, loaded_of};
 use worker::Worker;
 
 /// CPU time for trials and timing, seconds.

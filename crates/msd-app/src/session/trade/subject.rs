@@ -16,11 +16,15 @@ pub enum StudyFrom {
 }
 
 /// The scene as loaded, and the uniform force of the study, newtons, if that of the run is gusty.
-pub(super) type Now<'a> = (&'a Loaded, Option<DVec3>);
+pub(in crate::session) type Now<'a> = (&'a Loaded, Option<DVec3>);
 
 /// Returns the current scene of a run without cut springs, in one of two states; `None` if
 /// particles were removed.
-pub(super) fn subject(runner: &Runner, (loaded, force): Now<'_>, from: StudyFrom) -> Option<Scene> {
+pub(in crate::session) fn subject(
+    runner: &Runner,
+    (loaded, force): Now<'_>,
+    from: StudyFrom,
+) -> Option<Scene> {
     let (rows, progress) = runner.progress();
     if !progress.removed.is_empty() {
         return None;

@@ -58,11 +58,15 @@ pub fn opened_file(name: &str, bytes: &[u8]) -> Result<Vec<u8>, String> {
     packed(&msd_scene::open_bytes(name, bytes).map_err(|error| error.to_string())?)
 }
 
+/// Encodes a scene and its lesson, which [`Loaded`] does not keep.
 fn packed(loaded: &Loaded) -> Result<Vec<u8>, String> {
-    postcard::to_stdvec(loaded).map_err(|error| error.to_string())
+    let lesson = serde_json::to_string(&loaded.lesson).map_err(|error| error.to_string())?;
+    postcard::to_stdvec(&(loaded, lesson)).map_err(|error| error.to_string())
 }
 
 /// Decodes the scene that a worker has opened.
 pub(super) fn unpacked(rows: &[u8]) -> Result<Loaded, String> {
-    postcard::from_bytes(rows).map_err(|_| "the page and its worker have different versions".into())
+    const OTHER: &str = "the page and its worker have different versions";
+    let (loaded, lesson): (Loaded, String) = postcard::from_bytes(rows).map_err(|_| OTHER)?;
+    Ok(Loaded { lesson: serde_json::from_str(&lesson).map_err(|_| OTHER)?, ..loaded })
 }

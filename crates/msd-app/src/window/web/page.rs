@@ -61,7 +61,7 @@ pub fn start(
 }
 
 /// Performs a command: `pause`, `restart`, `step`, `back`, `frame`, `pin`, `record`, `panels`,
-/// `guide`, `help`.
+/// `lessons`, `guide`, `help`.
 #[wasm_bindgen]
 pub fn command(name: &str) -> Promise {
     let command = match name {
@@ -73,6 +73,7 @@ pub fn command(name: &str) -> Promise {
         "pin" => Some(Command::Pin),
         "record" => Some(Command::Record),
         "panels" => Some(Command::Panels),
+        "lessons" => Some(Command::Lessons),
         "guide" => Some(Command::Guide),
         "help" => Some(Command::Help),
         _ => None,

@@ -12,6 +12,7 @@ use msd_core::{Integrator, Pattern};
 
 mod air;
 mod look;
+mod lesson;
 mod sets;
 mod touch;
 mod world;
@@ -23,6 +24,7 @@ pub(crate) mod elsewhere;
 pub use air::{AirRow, GustRow};
 pub use bodies::{BodyRow, Kind, ParticleRow, RotationRow, Spin, SpinRow, SpringRow};
 pub use edits::Edits;
+pub use lesson::{Answer, LessonRow, MistakeRow};
 pub use look::{CameraRow, Finish, LookRow};
 pub use sets::{BodyKey, BoxRow, EndRow, LinkRow, MassRow, MaterialRow, PinRow, SetRow, SphereRow};
 pub use solver::{MOST_NEWTON, OrAuto, Solver, SolverRow};
@@ -63,6 +65,8 @@ rows! {
         /// Model terms that are switched off. Springs of these kinds stay, without stiffness and
         /// damping.
         off: Vec<Part> = "none" { live: Live::Off },
+        /// A question whose answer msd computes from the scene.
+        lesson: Option<LessonRow> = "none",
     }
 }
 
@@ -79,4 +83,4 @@ macro_rules! choices {
     )+};
 }
 
-choices!(Integrator, Precision, Kind, SolidKind, Filling, Finish, Pattern, Part);
+choices!(Integrator, Precision, Kind, SolidKind, Filling, Finish, Pattern, Part, Answer);
