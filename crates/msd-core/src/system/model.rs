@@ -68,7 +68,7 @@ pub struct Model<R: Real> {
 }
 
 impl<R: Real> Model<R> {
-    /// Checks a scene and turns its rows into columns. Frees rows of its own before others are made.
+    /// Checks a scene and turns its rows into columns. Frees rows of its own on the way.
     ///
     /// # Errors
     /// The first row that is out of its domain in precision `R`: a mass that is not positive, a
