@@ -216,9 +216,9 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize, const M: usize> Group<R, L, N
     ) {
         let at = self.at[end] as usize + axis * LANES;
         let numbers = sums[at..].first_chunk_mut::<M>().expect("numbers of the column");
-        for lane in 0..M {
-            let left = numbers[lane] - less(lane);
-            numbers[lane] = if self.is_there[lane] != R::ZERO { left } else { numbers[lane] };
+        for (lane, number) in numbers.iter_mut().enumerate() {
+            let left = *number - less(lane);
+            *number = if self.is_there[lane] != R::ZERO { left } else { *number };
         }
     }
 }
