@@ -188,7 +188,12 @@ def test_dask_makes_a_thousand_rows_though_a_worker_dies(tmp_path):
     distributed = needed("distributed")
     cells, expected = thousand(tmp_path)
     with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=None) as client:
-        rows = client.gather(client.map(run_or_die, cells, folder=tmp_path, pure=False))
+        futures = client.map(run_or_die, cells, folder=tmp_path)
+        rows = client.gather(futures)
+        # A second call of the same cells takes the rows that are there.
+        again = client.map(run_or_die, cells, folder=tmp_path)
+        assert all(future.done() for future in again)
+        assert [future.key for future in again] == [future.key for future in futures]
     assert (tmp_path / "died").exists()
     assert len(rows) == 1000 and hashes(rows) == expected
 
