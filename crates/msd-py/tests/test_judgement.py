@@ -6,7 +6,6 @@ import pickle
 import signal
 import sys
 import threading
-import time
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
@@ -74,10 +73,8 @@ def test_the_report_of_a_study_is_a_page(tmp_path):
 
 def test_ctrl_c_ends_a_study():
     threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
-    start = time.perf_counter()
     with pytest.raises(KeyboardInterrupt):
-        msd.study(msd.open("cloth"), 2, time=100, fresh=True)
-    assert time.perf_counter() - start < 2
+        msd.study(msd.open("cloth"), 100, time=10_000, fresh=True)  # hours
 
 
 def test_inspection_knows_the_mass():
