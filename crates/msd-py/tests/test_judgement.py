@@ -6,7 +6,6 @@ import pickle
 import signal
 import sys
 import threading
-import time
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
@@ -74,10 +73,8 @@ def test_the_report_of_a_study_is_a_page(tmp_path):
 
 def test_ctrl_c_ends_a_study():
     threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
-    start = time.perf_counter()
     with pytest.raises(KeyboardInterrupt):
-        msd.study(msd.open("cloth"), 2, time=100, fresh=True)
-    assert time.perf_counter() - start < 2
+        msd.study(msd.open("cloth"), 100, time=10_000, fresh=True)  # hours
 
 
 def test_inspection_knows_the_mass():
@@ -188,7 +185,12 @@ def test_dask_makes_a_thousand_rows_though_a_worker_dies(tmp_path):
     distributed = needed("distributed")
     cells, expected = thousand(tmp_path)
     with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=None) as client:
-        rows = client.gather(client.map(run_or_die, cells, folder=tmp_path, pure=False))
+        futures = client.map(run_or_die, cells, folder=tmp_path)
+        rows = client.gather(futures)
+        # A second call of the same cells takes the rows that are there.
+        again = client.map(run_or_die, cells, folder=tmp_path)
+        assert all(future.done() for future in again)
+        assert [future.key for future in again] == [future.key for future in futures]
     assert (tmp_path / "died").exists()
     assert len(rows) == 1000 and hashes(rows) == expected
 
