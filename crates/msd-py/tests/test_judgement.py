@@ -37,8 +37,30 @@ def test_tuning_meets_what_is_asked_and_reports_progress():
     found = msd.tune(CHAIN, 0.1, max_error=0.01, progress=heard.append)
     assert found["met"] and found["verified_error"] <= 0.01
     assert heard and all(isinstance(words, str) for words in heard)
-    run = msd.Simulation(CHAIN, integrator=found["integrator"], precision=found["precision"])
-    run.step()
+
+
+# By its substeps, its tolerance, its Newton iterations; the scene says otherwise.
+@pytest.mark.parametrize("goal", [{"max_error": 1e-2}, {"max_error": 1e-5}, {"budget": 1e-4}])
+def test_the_settings_of_tuning_have_the_error_that_was_promised(goal):
+    scene = CHAIN.with_keys({"solver.step": 1 / 200, "solver.substeps": 3, "solver.newton": 4})
+    found = msd.tune(scene, 0.5, **goal)
+    assert found["met"] or "budget" in goal
+    assert "step" not in found
+    run = msd.Simulation(scene, **found["settings"])
+    now = run.settings
+    assert now["step"] == 1 / 60
+    assert found["substeps"] is None or now["step"] / now["substeps"] == found["substep"]
+    exact = msd.Simulation(scene, integrator="rk4", substeps=4096, precision="f64")
+    off = run.trajectory(30) - exact.trajectory(30)
+    error = (off**2).sum(axis=2).mean(axis=1).max() ** 0.5
+    uncertainty = found["reference_uncertainty"] + 1e-9
+    assert error <= found["verified_error"] + uncertainty
+    assert error <= goal.get("max_error", np.inf) + uncertainty
+    other = found["runner_up"]
+    if other is not None:
+        run = msd.Simulation(scene, **other["settings"]).settings
+        assert (run["integrator"], run["precision"]) == (other["integrator"], other["precision"])
+        assert other["substeps"] in (None, run["substeps"]) and "substep" in other
 
 
 def test_a_callable_that_raises_ends_a_search():
