@@ -122,10 +122,18 @@ FORCES = [
 
 @pytest.mark.parametrize("force, words", FORCES)
 def test_a_force_that_returns_no_forces_is_refused(force, words):
+def bad_at(particle, number):
+    force = np.zeros((N, 3))
+    force[particle, 1] = number
+    return force
+
+
     one = run()
     one.add_force(force)
     with pytest.raises(msd.SceneError) as raised:
         one.step()
+    (lambda t, x, v: bad_at(2, np.nan), "the force returned NaN for particle 2 at t = 0.000000 s"),
+    (lambda t, x, v: bad_at(0, -np.inf).tolist(), "the force returned -inf for particle 0 at t"),
     assert words in str(raised.value) and one.steps == 0
 
 
