@@ -9,6 +9,7 @@ use crate::values::{from_serde, to_json};
 use msd_core::glam::DVec3;
 use msd_core::{Scene as CoreScene, Settings};
 use msd_run::Runner;
+use msd_run::quantity::counted;
 use msd_scene::envelope::FileKind;
 use msd_scene::{
     Assignment, Draft, FileError, Loaded, Precision, SceneFormat, Wind, open_set, tame,
@@ -97,6 +98,10 @@ pub fn assignments(keys: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Assignment>
         };
         let placed = |error: PyErr| refused(py, format!("{}: {}", tame(&key), error.value(py)));
         let value = to_json(&value).map_err(placed)?;
+        if value.is_null() {
+            let todo = "to have its default, make the scene without the key";
+            return Err(refused(py, format!("{} is None; {todo}", tame(&key))));
+        }
         // The message of the command line for text that is not a key.
         if let Err(reason) = Assignment::parse(&format!("{key}=0")) {
             return Err(refused(py, format!("the key `{}` {reason}", tame(&key))));
@@ -267,7 +272,10 @@ impl Scene {
     fn __repr__(&self) -> String {
         let CoreScene { particles, springs, .. } = self.rows();
         let name = tame(&self.loaded.name);
-        format!("<msd.Scene {name}: {} particles, {} springs>", particles.len(), springs.len())
+        let count = |rows: usize, what| counted(rows as u64, what);
+        let (particles, springs) =
+            (count(particles.len(), "particle"), count(springs.len(), "spring"));
+        format!("<msd.Scene {name}: {particles}, {springs}>")
     }
 
     /// Its start as a picture, where one can be drawn.

@@ -3,6 +3,7 @@
 use crate::caller::Caller;
 use crate::errors::{error, file_error, refused};
 use crate::options::Count;
+use msd_run::quantity::counted;
 use msd_study::monitor::Halt;
 use msd_study::sweep::{Datum, Sweep as StudySweep, Task};
 use pyo3::exceptions::PyIndexError;
@@ -88,7 +89,8 @@ impl Sweep {
     }
 
     fn __repr__(&self) -> String {
-        format!("<msd.Sweep {}: {} cells>", self.path.display(), self.sweep.len())
+        let cells = counted(self.sweep.len() as u64, "cell");
+        format!("<msd.Sweep {}: {cells}>", self.path.display())
     }
 }
 
@@ -116,7 +118,7 @@ pub fn run_cell<'py>(py: Python<'py>, cell: &Bound<'py, PyDict>) -> PyResult<Bou
         Ok((key.extract()?, datum))
     });
     let task = Task {
-        number: get("cell")?.extract::<Count>()?.index(),
+        number: get("cell")?.extract::<Count>()?.index(py, "cell")?,
         hash: get("hash")?.extract()?,
         scene: get("scene")?.extract()?,
         values: values.collect::<PyResult<_>>()?,
