@@ -21,10 +21,10 @@ pub struct Sweep {
     path: PathBuf,
 }
 
-/// Read a sweep file; docs/reference/sweeps.md explains its keys.
+/// Read a sweep file: a `scene`, the `duration`, seconds, and a `[grid]` of its keys with values.
 ///
 /// The cells are checked when you take them. A scene that names mesh files has no cells here. With
-/// `error = true` a row has `rms_error`, metres, the error of positions against a reference.
+/// `error = true` a row has errors against a reference, which `msd.run_cell` explains.
 ///
 /// >>> import msd, pathlib, tempfile
 /// >>> path = pathlib.Path(tempfile.mkdtemp(), "stiffness.toml")
@@ -94,10 +94,19 @@ impl Sweep {
     }
 }
 
-/// Run a cell of a sweep and return its row: a dict with the columns of docs/reference/sweeps.md.
+/// Run a cell of a sweep and return its row: a dict with the values of the grid, `outcome`
+/// ("finished" or "diverged"), `cpu_per_second`, `state_hash` and others.
+///
+/// With `error = true` it has errors, metres, the largest over time. `rms_error` is the root mean
+/// square over particles of their distances from a reference, which `max_error` of `tune` bounds.
+/// `max_error` of a row is the distance of the worst particle.
+///
+/// Where the motion is chaotic, the reference is certain only until `compared_until`, seconds, and
+/// `rms_error` and `max_error` cover the time until then. If that is before `duration`, compare the
+/// row only with rows of the same `compared_until`.
 ///
 /// The row follows from the cell alone, but for the times it measures; no file is touched but the
-/// cache of references of a sweep with `error = true`.
+/// cache of references of a sweep with `error = true`. Ctrl-C ends the cell.
 #[pyfunction]
 pub fn run_cell<'py>(py: Python<'py>, cell: &Bound<'py, PyDict>) -> PyResult<Bound<'py, PyDict>> {
     let get = |key: &str| {

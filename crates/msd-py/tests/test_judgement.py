@@ -5,6 +5,7 @@ import pathlib
 import pickle
 import signal
 import sys
+import tempfile
 import threading
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
@@ -93,10 +94,25 @@ def test_the_report_of_a_study_is_a_page(tmp_path):
         msd.report(study, tmp_path / "no/such/a.html")
 
 
-def test_ctrl_c_ends_a_study():
+def run_a_long_cell(cloth):
+    with tempfile.TemporaryDirectory() as folder:
+        text = 'version = 1\nscene = "cloth"\nduration = 1e6\n[grid]\nsolver.substeps = [4]'
+        msd.run_cell(msd.sweep(write(folder, text))[0])
+
+
+LONG = [
+    lambda cloth: msd.study(cloth, 100, time=10_000, fresh=True),
+    lambda cloth: msd.tune(cloth, 100, max_error=1e-9),
+    run_a_long_cell,
+]
+
+
+@pytest.mark.parametrize("work", LONG)
+def test_ctrl_c_ends_long_work(work):
+    cloth = msd.open("cloth")
     threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     with pytest.raises(KeyboardInterrupt):
-        msd.study(msd.open("cloth"), 100, time=10_000, fresh=True)  # hours
+        work(cloth)  # minutes to hours
 
 
 def test_inspection_knows_the_mass():
@@ -130,6 +146,37 @@ def test_a_row_has_the_bits_of_a_run_and_touches_no_folder(tmp_path):
         assert row["hash"] == cell["hash"] and row["outcome"] == "finished"
         assert row["rms_error"] > 0
     assert not (tmp_path / "s").exists() and not (tmp_path / "s.csv").exists()
+
+
+def test_the_errors_of_a_row_are_the_largest_over_time(tmp_path):
+    exact = dict(integrator="rk4", substeps=4096, precision="f64")
+    for cell in msd.sweep(write(tmp_path)):
+        row, scene = msd.run_cell(cell), msd.open("chain", cell["values"])
+        off = msd.Simulation(scene).trajectory(6) - msd.Simulation(scene, **exact).trajectory(6)
+        squares = (off**2).sum(axis=2)
+        # Both references are off by as much as theirs claims, at most; f32 rounds positions here.
+        near = dict(rel=1e-3, abs=10 * row["reference_uncertainty"] + 1e-7)
+        assert row["rms_error"] == pytest.approx(squares.mean(axis=1).max() ** 0.5, **near)
+        assert row["max_error"] == pytest.approx(squares.max() ** 0.5, **near)
+        assert row["compared_until"] == row["duration"] == pytest.approx(0.1)
+
+
+def test_rows_of_a_chaotic_motion_are_compared_for_a_part_of_it(tmp_path):
+    # Three particles thrown about by two springs, and less predictable the stiffer they are.
+    (tmp_path / "double.toml").write_text("""
+version = 1
+[[bodies]]
+kind = "explicit"
+particles = [{position = [0, 0, 0]}, {position = [0.3, 1, 0]}, {position = [0.1, 2, 0]}]
+springs = [{ends = [0, 1], stiffness = 200}, {ends = [1, 2], stiffness = 200}]
+[[pins]]
+particle = 0
+""")
+    grid = '[grid]\n"bodies[0].springs[0].stiffness" = [200, 1000]\nsolver.substeps = [64, 128]'
+    text = 'version = 1\nscene = "double.toml"\nduration = 20\nerror = true\n' + grid
+    until = [msd.run_cell(cell)["compared_until"] for cell in msd.sweep(write(tmp_path, text))]
+    assert until[0] == until[1] < 20 and until[2] == until[3] < 20
+    assert until[0] != until[2]
 
 
 def test_a_row_is_that_of_the_command_line(tmp_path):
