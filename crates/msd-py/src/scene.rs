@@ -115,7 +115,9 @@ pub fn assignments(keys: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Assignment>
 /// Open a built-in scene, a scene file, a mesh or a saved run.
 ///
 /// `name` is what the command line takes as SCENE, but no link. `keys` sets keys of the scene, as
-/// `--set` does: `{"bodies[0].stiffness": 300}`. `msd.scenes` lists the built-in scenes.
+/// `--set` does: `{"bodies[0].stiffness": 300}`. Others are `bodies[0].damping`, `world.gravity`,
+/// `world.drag`, `solver.integrator`, `solver.step` and `solver.substeps`; `msd.schema()` describes
+/// all. `msd.scenes` lists the built-in scenes.
 ///
 /// >>> import msd
 /// >>> msd.open("cloth", {"world.gravity": [0, -1.62, 0]}).notes
@@ -134,7 +136,11 @@ pub fn open(py: Python<'_>, name: PathBuf, keys: Option<&Bound<'_, PyDict>>) -> 
 }
 
 /// Make a scene of the text of a scene file (TOML, or JSON if it begins with `{`), or of a dict
-/// with the same keys. docs/reference/scenes.md explains them.
+/// with the same keys.
+///
+/// The usual keys are `bodies`, each with `kind`, `size`, `spacing`, `mass`, `stiffness` and
+/// `damping`; `world` with `gravity`, `drag` and `planes`; `solver` with `integrator`, `step`,
+/// `substeps` and `precision`. `msd.schema()` describes all.
 ///
 /// >>> import msd
 /// >>> rope = dict(kind="rope", size=[3], spacing=0.1, mass=1, stiffness=100, damping=1)
@@ -156,6 +162,20 @@ pub fn scene(py: Python<'_>, source: &Bound<'_, PyAny>) -> PyResult<Scene> {
         }
     };
     Scene::of(py, Origin::Text { text, is_json, meshes: BTreeMap::new() }, Vec::new())
+}
+
+/// Describe the keys of scene files, with their units, domains and defaults: a dict, the JSON
+/// Schema that `msd schema` prints.
+///
+/// >>> import msd
+/// >>> keys = msd.schema()["properties"]
+/// >>> sorted(keys["solver"]["properties"])[:4]
+/// ['integrator', 'newton', 'precision', 'step']
+/// >>> keys["bodies"]["items"]["properties"]["stiffness"]["description"]
+/// 'Stiffness of each spring: force per change of length. Unit: N/m. ...'
+#[pyfunction]
+pub fn schema(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    py.import("json")?.call_method1("loads", (msd_scene::json_schema().to_string(),))
 }
 
 #[pymethods]
@@ -248,15 +268,15 @@ impl Scene {
         PyList::new(py, bodies.collect::<PyResult<Vec<_>>>()?)
     }
 
-    /// The settings of the author: `integrator`, `step`, `substeps`, `automatic`, `tolerance`,
-    /// `newton` and `precision`.
+    /// The settings of the author: `integrator`, `step`, seconds, `substeps` per step, `automatic`
+    /// (whether msd chooses them), `tolerance`, `newton` and `precision`.
     #[getter]
     fn settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let Loaded { settings, automatic, precision, .. } = self.loaded;
         settings_dict(py, settings, (automatic, precision))
     }
 
-    /// The same scene with other values of keys: `{"bodies[0].stiffness": 300}`.
+    /// The same scene with other values of keys, as `msd.open` takes them. None is refused.
     ///
     /// >>> import msd
     /// >>> moon = msd.open("chain").with_keys({"world.gravity": [0, -1.62, 0]})
