@@ -6,7 +6,7 @@ use crate::scene::{Origin, Scene};
 use crate::values::to_json;
 use msd_core::glam::DVec3;
 use msd_core::{Body, Particle, Pin, Spring, Surface};
-use msd_scene::{Assignment, Draft, FileError, Loaded, Place, SceneFormat};
+use msd_scene::{Assignment, Draft, FileError, Loaded, Place, Precision, Rounding, SceneFormat};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::{Deserialize, Serialize};
@@ -56,6 +56,17 @@ impl Rows {
         }];
         (loaded.scene.particles, loaded.scene.springs) = (particles, springs);
         (loaded.scene.pins, loaded.made) = (pins, Vec::new());
+        // The placeholder lies at the origin, where f32 is fine enough.
+        let is_asked = set.iter().any(|set| ["solver", "solver.precision"].contains(&set.key()));
+        let loss = Rounding::of(&loaded.scene, Precision::F32);
+        if !is_asked && loss.shows() {
+            let Rounding { distance, spacing, .. } = loss;
+            loaded.precision = Precision::F64;
+            loaded.notes.push(format!(
+                "the network gives no precision: f64, as {distance:.0} m from the origin f32 \
+                 rounds positions to {spacing:.1e} m"
+            ));
+        }
         Ok(loaded)
     }
 }
@@ -68,8 +79,8 @@ impl Rows {
 /// are particles that stand still: indexes, or an array of (n,) of booleans.
 ///
 /// Without keywords each mass is 1 kg, each stiffness 100 N/m and each damping 0. Gravity is 9.82
-/// m/s^2 downwards; the solver is velocity Verlet in "f32", with automatic substeps of 1/60 s.
-/// `with_keys` changes these.
+/// m/s^2 downwards; the solver is velocity Verlet in "f32", or "f64" far from the origin, with
+/// automatic substeps of 1/60 s. `with_keys` changes these.
 ///
 /// >>> import msd
 /// >>> net = msd.network([[0, 0, 0], [0, -1, 0]], [[0, 1]], stiffness=100, damping=0.1, pins=[0])

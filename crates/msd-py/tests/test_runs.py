@@ -90,6 +90,19 @@ def test_a_network_has_the_defaults_that_its_docstring_gives():
     assert run.forces()[1, 1] == pytest.approx(-9.82, rel=1e-6)
 
 
+def test_a_network_far_from_the_origin_runs_in_the_precision_of_a_scene_file_there():
+    for far, precision in ((0.0, "f32"), (1e5, "f64")):
+        places = [[far, 0, 0], [far + 0.01, 0, 0]]
+        net = msd.network(places, [[0, 1]])
+        rows = dict(particles=[{"position": place} for place in places], springs=[{"ends": [0, 1]}])
+        file = msd.scene({"version": 1, "bodies": [{"kind": "explicit", **rows}]})
+        assert net.settings["precision"] == file.settings["precision"] == precision
+        assert len(net.notes) == len(file.notes) == (precision == "f64")
+        for chosen in ("f32", "f64"):
+            again = net.with_keys({"solver.precision": chosen})
+            assert again.settings["precision"] == chosen
+
+
 def test_keywords_replace_what_the_scene_says_as_the_docstring_has_it():
     scene = msd.open("chain", {"solver.step": 1 / 200, "solver.substeps": 3})
 
