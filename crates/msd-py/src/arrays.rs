@@ -9,6 +9,17 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
 
+static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+
+/// Returns an array-like as an array, and the letter of its kind of numbers.
+fn array<'py>(what: &str, value: &Bound<'py, PyAny>) -> PyResult<(Bound<'py, PyAny>, String)> {
+    let py = value.py();
+    let wrong = |error: PyErr| refused(py, format!("{what} must be an array of numbers: {error}"));
+    let array = ASARRAY.import(py, "numpy", "asarray")?.call1((value,)).map_err(wrong)?;
+    let kind = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    Ok((array, kind))
+}
+
 /// Returns the numbers of an array-like in C order, and its shape; any strides, byte order and
 /// number type.
 fn read<'py, T: Element + Clone>(
@@ -16,12 +27,8 @@ fn read<'py, T: Element + Clone>(
     value: &Bound<'py, PyAny>,
     (dtype, kinds): (&str, &str),
 ) -> PyResult<(Vec<T>, Vec<usize>)> {
-    static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
     let py = value.py();
-    let asarray = ASARRAY.import(py, "numpy", "asarray")?;
-    let wrong = |error: PyErr| refused(py, format!("{what} must be an array of numbers: {error}"));
-    let array = asarray.call1((value,)).map_err(wrong)?;
-    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    let (array, kind) = array(what, value)?;
     let size: usize = array.getattr("size")?.extract()?;
     // An empty array has an arbitrary type.
     if !kinds.contains(&kind) && 0 < size {
@@ -31,7 +38,7 @@ fn read<'py, T: Element + Clone>(
     }
     let order = PyDict::new(py);
     order.set_item("order", "C")?;
-    let array = asarray.call((array, dtype), Some(&order))?;
+    let array = ASARRAY.import(py, "numpy", "asarray")?.call((array, dtype), Some(&order))?;
     let array: PyReadonlyArrayDyn<'py, T> = array.extract()?;
     let numbers = array.as_slice().map_err(|error| refused(py, error))?.to_vec();
     Ok((numbers, array.shape().to_vec()))
@@ -56,9 +63,7 @@ pub fn indexes(what: &str, value: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Ve
 /// Reads particles: their indexes, or an array of `count` booleans.
 pub fn particles(what: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<usize>> {
     let py = value.py();
-    let kind = value.getattr("dtype").and_then(|dtype| dtype.getattr("kind"));
-    let is_mask = kind.is_ok_and(|kind| kind.eq("b").unwrap_or(false));
-    if is_mask {
+    if array(what, value)?.1 == "b" {
         let (mask, shape) = reals(what, value)?;
         if shape != [count] {
             return Err(wrong_shape(py, what, &shape, &format!("({count},)")));

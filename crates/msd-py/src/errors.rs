@@ -13,6 +13,9 @@ struct Classes {
     step: Py<PyAny>,
 }
 
+/// The attributes of a step that failed; None where a class was called by hand.
+const FIELDS: [&str; 4] = ["step", "time", "particle", "stable_substep"];
+
 static CLASSES: PyOnceLock<Classes> = PyOnceLock::new();
 
 fn classes(py: Python<'_>) -> PyResult<&Classes> {
@@ -20,6 +23,9 @@ fn classes(py: Python<'_>) -> PyResult<&Classes> {
         let builtins = py.import("builtins")?;
         let new = |name: &str, doc: &str, bases: Vec<Bound<'_, PyAny>>| -> PyResult<Py<PyAny>> {
             let body = PyDict::new(py);
+            if name == "StepError" {
+                FIELDS.iter().try_for_each(|field| body.set_item(field, py.None()))?;
+            }
             body.set_item("__module__", "msd")?;
             body.set_item("__doc__", doc)?;
             let class = (name, PyTuple::new(py, bases)?, body);
@@ -42,8 +48,12 @@ fn classes(py: Python<'_>) -> PyResult<&Classes> {
             "StepError",
             "A step that failed; the run keeps the state before it. Also an ArithmeticError.\n\n\
               `step` is the step that failed, counted from 1, and `time` its start, seconds.\n\
-              `particle` is the first particle that left the world, and `stable_substep` the\n\
-              longest substep predicted stable in the state kept, seconds; None if unknown.",
+              `particle` is the lowest-numbered particle outside the world at the end of the\n\
+              step, or that with the largest error where a tolerance is out of reach.\n\n\
+              `stable_substep` is the longest substep predicted stable in the state kept,\n\
+              seconds: infinite if any is, None if none is. The message says `none is` also\n\
+              where it is below a millionth of the substep.\n\n\
+              An attribute is None where it is unknown, as in a StepError that you make.",
             of("ArithmeticError")?,
         )?;
         Ok(Classes { error, scene, step })
@@ -79,7 +89,8 @@ pub fn file_error(py: Python<'_>, error: FileError) -> PyErr {
         FileError::Core { source, file } if source.is_of_step() => {
             step_error(py, &source, &format!("{file}: {source}"))
         }
-        other => refused(py, other),
+        // Keys of a dict are not options of a command line.
+        other => refused(py, other.to_string().replace("--set ", "")),
     }
 }
 

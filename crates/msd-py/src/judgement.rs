@@ -5,10 +5,12 @@ use crate::errors::{core_error, file_error, refused};
 use crate::scene::Scene;
 use crate::values::from_serde;
 use msd_scene::set_keys;
+use msd_study::choice::{Choice, Fineness};
 use msd_study::conduct::Plan;
 use msd_study::inspection::InspectReport;
 use msd_study::tune::{Goal, TuneReport};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::path::PathBuf;
 
 fn check_positive(py: Python<'_>, name: &str, value: Option<f64>) -> PyResult<()> {
@@ -23,13 +25,23 @@ fn check_positive(py: Python<'_>, name: &str, value: Option<f64>) -> PyResult<()
 /// Find the cheapest setting within `max_error`, metres, or the most accurate one within `budget`,
 /// seconds of processor time per frame of 1/60 s.
 ///
-/// `duration` is the time simulated, seconds. `progress` is called with words now and then; what
-/// it raises ends the search. Returns a dict with the keys of `msd tune --json`: `met`,
-/// `integrator`, `substeps`, `verified_error`, `ms_per_frame` and others.
+/// An error is the largest over time of the root mean square over particles of their distances from
+/// a reference; single particles may be further off. Where the motion is chaotic, particles are
+/// compared only until `compared_until`, seconds.
+///
+/// `duration` is the time simulated, seconds. `progress` is called with words now and then; what it
+/// raises ends the search, as does Ctrl-C.
+///
+/// Returns a dict with the keys of `msd tune --json`: `met`, `integrator`, `substeps` per frame of
+/// 1/60 s, `verified_error`, `ms_per_frame` and others. Its `settings` are the keywords of a run
+/// with the choice. Its `substep`, seconds, is `step` in the JSON.
 ///
 /// >>> import msd
-/// >>> msd.tune(msd.open("chain"), 0.1, max_error=0.1)["met"]
-/// True
+/// >>> chain = msd.open("chain")
+/// >>> found = msd.tune(chain, 0.1, max_error=0.1)
+/// >>> found["met"], found["verified_error"] <= 0.1
+/// (True, True)
+/// >>> run = msd.Simulation(chain, **found["settings"])
 #[pyfunction]
 #[pyo3(signature = (scene, duration=1.0, *, max_error=None, budget=None, progress=None))]
 pub fn tune<'py>(
@@ -59,15 +71,40 @@ pub fn tune<'py>(
     });
     let tuned = caller.outcome(py, tuned)?;
     let report = TuneReport::new(&loaded.name, set_keys(set), &tuned);
-    from_serde(py, &report)
+    let report = from_serde(py, &report)?;
+    add_settings(&report, tuned.best.trial.choice)?;
+    if let Some(other) = tuned.others.first() {
+        add_settings(&report.get_item("runner_up")?, other.trial.choice)?;
+    }
+    Ok(report)
+}
+
+/// Adds the keywords of a run with a choice to its report, and calls its substep so.
+fn add_settings(report: &Bound<'_, PyAny>, choice: Choice) -> PyResult<()> {
+    let settings = choice.settings();
+    let keywords = PyDict::new(report.py());
+    keywords.set_item("integrator", settings.integrator.name())?;
+    keywords.set_item("precision", choice.precision.name())?;
+    keywords.set_item("step", settings.step)?;
+    match choice.fineness {
+        Fineness::Substeps(substeps) => keywords.set_item("substeps", substeps)?,
+        Fineness::Tolerance(tolerance) => keywords.set_item("tolerance", tolerance)?,
+    }
+    if settings.integrator.is_implicit() {
+        keywords.set_item("newton", settings.newton)?;
+    }
+    report.set_item("settings", keywords)?;
+    report.set_item("substep", report.get_item("step")?)?;
+    report.del_item("step")
 }
 
 /// Study what accuracy costs: try methods and settings, and compare each with a reference.
 ///
 /// `duration` is the time simulated, seconds; `max_error`, metres, is the error that the words are
-/// about; `time` is the processor time to spend on trials, seconds. A study that was interrupted
-/// resumes unless `fresh`. `progress` is called with words; what it raises ends the study. Returns
-/// a dict with the keys of `msd study --json`, with an array for each list of numbers.
+/// about, as `tune` measures it; `time` is the processor time to spend on trials, seconds. A study
+/// that was interrupted resumes unless `fresh`. `progress` is called with words; what it raises
+/// ends the study, as does Ctrl-C. Returns a dict with the keys of `msd study --json`, with an
+/// array for each list of numbers.
 #[pyfunction]
 #[pyo3(signature = (scene, duration=1.0, *, max_error=None, time=60.0, fresh=false, progress=None))]
 pub fn study<'py>(

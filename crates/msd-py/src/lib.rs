@@ -31,7 +31,7 @@ mod _msd {
     #[pymodule_export]
     use super::run::lock::note_fork;
     #[pymodule_export]
-    use super::scene::{Scene, open, scene};
+    use super::scene::{Scene, open, scene, schema};
     #[pymodule_export]
     use super::sweep::{Sweep, run_cell, sweep};
     use pyo3::prelude::*;

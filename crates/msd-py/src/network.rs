@@ -6,7 +6,7 @@ use crate::scene::{Origin, Scene};
 use crate::values::to_json;
 use msd_core::glam::DVec3;
 use msd_core::{Body, Particle, Pin, Spring, Surface};
-use msd_scene::{Assignment, Draft, FileError, Loaded, Place, SceneFormat};
+use msd_scene::{Assignment, Draft, FileError, Loaded, Place, Precision, Rounding, SceneFormat};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::{Deserialize, Serialize};
@@ -34,7 +34,7 @@ impl Rows {
         let top = |set: &Assignment| set.key().split(['.', '[']).next().map(str::to_owned);
         let wrong = set.iter().find(|set| top(set).is_none_or(|top| !KEYS.contains(&&top[..])));
         if let Some(wrong) = wrong {
-            let (file, key) = (format!("--set {}", wrong.key()), wrong.key().to_owned());
+            let [file, key] = [wrong.key(); 2].map(str::to_owned);
             return Err(FileError::UnknownKey {
                 place: Place { file, position: None },
                 key,
@@ -56,6 +56,17 @@ impl Rows {
         }];
         (loaded.scene.particles, loaded.scene.springs) = (particles, springs);
         (loaded.scene.pins, loaded.made) = (pins, Vec::new());
+        // The placeholder lies at the origin, where f32 is fine enough.
+        let is_asked = set.iter().any(|set| ["solver", "solver.precision"].contains(&set.key()));
+        let loss = Rounding::of(&loaded.scene, Precision::F32);
+        if !is_asked && loss.shows() {
+            let Rounding { distance, spacing, .. } = loss;
+            loaded.precision = Precision::F64;
+            loaded.notes.push(format!(
+                "the network gives no precision: f64, as {distance:.0} m from the origin f32 \
+                 rounds positions to {spacing:.1e} m"
+            ));
+        }
         Ok(loaded)
     }
 }
@@ -67,12 +78,14 @@ impl Rows {
 /// `rest`, metres, are numbers or arrays of (m,). Without `rest` the springs start at rest. `pins`
 /// are particles that stand still: indexes, or an array of (n,) of booleans.
 ///
-/// The network has gravity and the usual solver; `with_keys` changes both.
+/// Without keywords each mass is 1 kg, each stiffness 100 N/m and each damping 0. Gravity is 9.82
+/// m/s^2 downwards; the solver is velocity Verlet in "f32", or "f64" far from the origin, with
+/// automatic substeps of 1/60 s. `with_keys` changes these.
 ///
 /// >>> import msd
 /// >>> net = msd.network([[0, 0, 0], [0, -1, 0]], [[0, 1]], stiffness=100, damping=0.1, pins=[0])
 /// >>> net
-/// <msd.Scene network: 2 particles, 1 springs>
+/// <msd.Scene network: 2 particles, 1 spring>
 /// >>> msd.network([[0, 0, 0]], [[0, 5]])
 /// Traceback (most recent call last):
 /// msd.SceneError: springs names particle 5, but there are only 1, counted from 0
@@ -127,8 +140,8 @@ pub fn network(
 /// Make a scene of one body from a mesh.
 ///
 /// `vertices` is (n, 3), metres, and `faces` is (m, 3) or (m, 4), vertices counted from 0. The
-/// keywords are keys of a mesh body as docs/reference/scenes.md lists them, such as `filling`,
-/// `spacing`, `young` and `density`; `with_keys` sets those of world and solver.
+/// keywords are keys of a body that `msd.schema()` describes, such as `filling`, `spacing`, `young`
+/// and `density`; `with_keys` sets those of world and solver.
 ///
 /// >>> import msd
 /// >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]

@@ -10,13 +10,32 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyRange, PySlice, PyString};
 
-/// A non-negative whole number: a count, or an index.
-#[derive(Clone, Copy)]
-pub struct Count(pub u64);
+/// A non-negative whole number, a count or an index; its name belongs to the message of others.
+pub enum Count {
+    Of(u64),
+    /// A number outside the range, in words.
+    Outside(String),
+    /// The name of another type.
+    Other(String),
+}
 
 impl Count {
-    pub fn index(self) -> usize {
-        usize::try_from(self.0).unwrap_or(usize::MAX)
+    pub fn get(&self, py: Python<'_>, name: &str) -> PyResult<u64> {
+        match self {
+            Count::Of(count) => Ok(*count),
+            Count::Outside(whole) => {
+                let must = format!("it must be a whole number from 0 to {}", u64::MAX);
+                Err(refused(py, format!("{name} is {whole}; {must}")))
+            }
+            Count::Other(kind) => {
+                let message = format!("{name} is of type {kind}; it must be a whole number");
+                Err(PyTypeError::new_err(message))
+            }
+        }
+    }
+
+    pub fn index(&self, py: Python<'_>, name: &str) -> PyResult<usize> {
+        Ok(usize::try_from(self.get(py, name)?).unwrap_or(usize::MAX))
     }
 }
 
@@ -26,16 +45,13 @@ impl<'py> FromPyObject<'_, 'py> for Count {
     fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
         let py = value.py();
         if let Ok(count) = value.extract::<u64>() {
-            return Ok(Count(count));
+            return Ok(Count::Of(count));
         }
         // numpy integers convert by `__index__`.
-        let whole = py.import("operator")?.getattr("index")?;
-        let whole = whole.call1((value,)).map_err(|_| {
-            let kind = value.get_type().name().map(|name| name.to_string()).unwrap_or_default();
-            PyTypeError::new_err(format!("it must be a whole number; it is of type {kind}"))
-        })?;
-        let must = format!("it is {whole}; it must be a whole number from 0 to {}", u64::MAX);
-        whole.extract().map(Count).map_err(|_| refused(py, must))
+        let Ok(whole) = py.import("operator")?.getattr("index")?.call1((value,)) else {
+            return Ok(Count::Other(value.get_type().name()?.to_string()));
+        };
+        Ok(whole.extract().map_or_else(|_| Count::Outside(whole.to_string()), Count::Of))
     }
 }
 
@@ -103,14 +119,21 @@ impl<'py> FromPyObject<'_, 'py> for Of {
             if end.is_none() {
                 return Err(refused(py, format!("{} must have an end", value.repr()?)));
             }
-            let start = if start.is_none() { Count(0) } else { start.extract()? };
-            Ok(Of::Range(start.index(), end.extract::<Count>()?.index()))
+            let start = if start.is_none() { Count::Of(0) } else { start.extract()? };
+            let start = start.index(py, "the start of the range")?;
+            Ok(Of::Range(start, end.extract::<Count>()?.index(py, "the end of the range")?))
         };
         if value.is_instance_of::<PyRange>() || value.is_instance_of::<PySlice>() {
             let [start, stop, step] = ["start", "stop", "step"].map(|name| value.getattr(name));
             return ends(&start?, &stop?, &step?);
         }
-        value.extract::<Count>().map(|one| Of::One(one.index()))
+        match value.extract()? {
+            Count::Other(kind) => {
+                let must = "it must be the name of a body, a whole number, or a range of them";
+                Err(PyTypeError::new_err(format!("of is of type {kind}; {must}")))
+            }
+            count => count.index(py, "of").map(Of::One),
+        }
     }
 }
 

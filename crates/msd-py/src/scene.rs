@@ -9,6 +9,7 @@ use crate::values::{from_serde, to_json};
 use msd_core::glam::DVec3;
 use msd_core::{Scene as CoreScene, Settings};
 use msd_run::Runner;
+use msd_run::quantity::counted;
 use msd_scene::envelope::FileKind;
 use msd_scene::{
     Assignment, Draft, FileError, Loaded, Precision, SceneFormat, Wind, open_set, tame,
@@ -97,6 +98,10 @@ pub fn assignments(keys: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Assignment>
         };
         let placed = |error: PyErr| refused(py, format!("{}: {}", tame(&key), error.value(py)));
         let value = to_json(&value).map_err(placed)?;
+        if value.is_null() {
+            let todo = "to have its default, make the scene without the key";
+            return Err(refused(py, format!("{} is None; {todo}", tame(&key))));
+        }
         // The message of the command line for text that is not a key.
         if let Err(reason) = Assignment::parse(&format!("{key}=0")) {
             return Err(refused(py, format!("the key `{}` {reason}", tame(&key))));
@@ -110,7 +115,9 @@ pub fn assignments(keys: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Assignment>
 /// Open a built-in scene, a scene file, a mesh or a saved run.
 ///
 /// `name` is what the command line takes as SCENE, but no link. `keys` sets keys of the scene, as
-/// `--set` does: `{"bodies[0].stiffness": 300}`. `msd.scenes` lists the built-in scenes.
+/// `--set` does: `{"bodies[0].stiffness": 300}`. Others are `bodies[0].damping`, `world.gravity`,
+/// `world.drag`, `solver.integrator`, `solver.step` and `solver.substeps`; `msd.schema()` describes
+/// all. `msd.scenes` lists the built-in scenes.
 ///
 /// >>> import msd
 /// >>> msd.open("cloth", {"world.gravity": [0, -1.62, 0]}).notes
@@ -129,7 +136,11 @@ pub fn open(py: Python<'_>, name: PathBuf, keys: Option<&Bound<'_, PyDict>>) -> 
 }
 
 /// Make a scene of the text of a scene file (TOML, or JSON if it begins with `{`), or of a dict
-/// with the same keys. docs/reference/scenes.md explains them.
+/// with the same keys.
+///
+/// The usual keys are `bodies`, each with `kind`, `size`, `spacing`, `mass`, `stiffness` and
+/// `damping`; `world` with `gravity`, `drag` and `planes`; `solver` with `integrator`, `step`,
+/// `substeps` and `precision`. `msd.schema()` describes all.
 ///
 /// >>> import msd
 /// >>> rope = dict(kind="rope", size=[3], spacing=0.1, mass=1, stiffness=100, damping=1)
@@ -151,6 +162,20 @@ pub fn scene(py: Python<'_>, source: &Bound<'_, PyAny>) -> PyResult<Scene> {
         }
     };
     Scene::of(py, Origin::Text { text, is_json, meshes: BTreeMap::new() }, Vec::new())
+}
+
+/// Describe the keys of scene files, with their units, domains and defaults: a dict, the JSON
+/// Schema that `msd schema` prints.
+///
+/// >>> import msd
+/// >>> keys = msd.schema()["properties"]
+/// >>> sorted(keys["solver"]["properties"])[:4]
+/// ['integrator', 'newton', 'precision', 'step']
+/// >>> keys["bodies"]["items"]["properties"]["stiffness"]["description"]
+/// 'Stiffness of each spring: force per change of length. Unit: N/m. ...'
+#[pyfunction]
+pub fn schema(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    py.import("json")?.call_method1("loads", (msd_scene::json_schema().to_string(),))
 }
 
 #[pymethods]
@@ -243,15 +268,15 @@ impl Scene {
         PyList::new(py, bodies.collect::<PyResult<Vec<_>>>()?)
     }
 
-    /// The settings of the author: `integrator`, `step`, `substeps`, `automatic`, `tolerance`,
-    /// `newton` and `precision`.
+    /// The settings of the author: `integrator`, `step`, seconds, `substeps` per step, `automatic`
+    /// (whether msd chooses them), `tolerance`, `newton` and `precision`.
     #[getter]
     fn settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let Loaded { settings, automatic, precision, .. } = self.loaded;
         settings_dict(py, settings, (automatic, precision))
     }
 
-    /// The same scene with other values of keys: `{"bodies[0].stiffness": 300}`.
+    /// The same scene with other values of keys, as `msd.open` takes them. None is refused.
     ///
     /// >>> import msd
     /// >>> moon = msd.open("chain").with_keys({"world.gravity": [0, -1.62, 0]})
@@ -267,7 +292,10 @@ impl Scene {
     fn __repr__(&self) -> String {
         let CoreScene { particles, springs, .. } = self.rows();
         let name = tame(&self.loaded.name);
-        format!("<msd.Scene {name}: {} particles, {} springs>", particles.len(), springs.len())
+        let count = |rows: usize, what| counted(rows as u64, what);
+        let (particles, springs) =
+            (count(particles.len(), "particle"), count(springs.len(), "spring"));
+        format!("<msd.Scene {name}: {particles}, {springs}>")
     }
 
     /// Its start as a picture, where one can be drawn.

@@ -13,6 +13,7 @@ use crate::scene::{Scene, settings_dict};
 use crate::values::{from_serde, to_json};
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Interaction, Look, MaterialNumber, Plane, State};
+use msd_run::quantity::counted;
 use msd_run::{EnergyReport, Runner};
 use msd_scene::{AnyState, Output, read_saved, saved_bytes, state_hash, write_saved};
 use pyo3::gc::{PyTraverseError, PyVisit};
@@ -39,16 +40,18 @@ impl Simulation {
         Ok(Simulation::of(loaded, runner, threads))
     }
 
-    /// Take `n` steps. A step that fails raises StepError and keeps the state before it.
-    #[pyo3(signature = (n=Count(1)), text_signature = "($self, n=1)")]
+    /// Take `n` steps. A step that fails raises StepError and keeps the state before it. Ctrl-C
+    /// keeps the steps taken.
+    #[pyo3(signature = (n=Count::Of(1)), text_signature = "($self, n=1)")]
     fn step(&self, py: Python<'_>, n: Count) -> PyResult<()> {
-        match n.0 {
+        match n.get(py, "n")? {
             1 => self.try_work(py, Runner::step),
             n => self.advance(py, n),
         }
     }
 
-    /// Take the number of steps nearest to so many simulated seconds, at least one.
+    /// Take the number of steps nearest to so many simulated seconds: none for 0, else at least
+    /// one. Ctrl-C keeps the steps taken.
     fn run(&self, py: Python<'_>, seconds: f64) -> PyResult<()> {
         let step = self.work(py, |runner| runner.settings().step)?;
         let steps = steps_in(seconds, step).map_err(|reason| refused(py, reason))?;
@@ -58,11 +61,13 @@ impl Simulation {
     /// Positions now and after each of `frames` times `every` steps, metres: a new array of
     /// (frames + 1, n, 3), or of (frames + 1, k, 3) of the particles `points`.
     ///
+    /// Ctrl-C keeps the steps taken, but loses the frames.
+    ///
     /// >>> import msd
     /// >>> run = msd.Simulation(msd.open("chain"))
     /// >>> run.trajectory(10, every=2, points=[0, 4]).shape
     /// (11, 2, 3)
-    #[pyo3(signature = (frames, every=Count(1), points=None),
+    #[pyo3(signature = (frames, every=Count::Of(1), points=None),
         text_signature = "($self, frames, every=1, points=None)")]
     fn trajectory<'py>(
         &self,
@@ -71,9 +76,10 @@ impl Simulation {
         every: Count,
         points: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let counts = (frames.get(py, "frames")?, every.get(py, "every")?);
         let count = self.work(py, |runner| runner.particle_count())?;
         let points = points.map(|points| arrays::particles("points", points, count)).transpose()?;
-        crate::run::readings::trajectory(py, (frames.0, every.0), points.as_deref(), &self.shared)
+        crate::run::readings::trajectory(py, counts, points.as_deref(), &self.shared)
     }
 
     /// Simulated time, seconds.
@@ -88,8 +94,8 @@ impl Simulation {
         self.work(py, |runner| runner.steps())
     }
 
-    /// Its settings: `integrator`, `step`, `substeps`, `automatic`, `tolerance`, `newton`,
-    /// `precision` and `threads`.
+    /// Its settings: `integrator`, `step`, seconds, `substeps` per step, `automatic` (whether msd
+    /// chooses them), `tolerance`, `newton`, `precision` and `threads`.
     #[getter]
     fn settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let now =
@@ -144,6 +150,17 @@ impl Simulation {
 
     /// Energy, joules: a dict of `kinetic`, `elastic`, `gravitational`, `dissipated`, `supplied`
     /// and `total`.
+    ///
+    /// `total` is kinetic + elastic + gravitational + dissipated - supplied. Exact motion conserves
+    /// it, unless you push, grab or change the run. `dissipated` and `supplied` count from the
+    /// start of the run.
+    ///
+    /// >>> import msd
+    /// >>> run = msd.Simulation(msd.open("chain"), precision="f64")
+    /// >>> before = run.energy()["total"]
+    /// >>> run.run(0.5)
+    /// >>> abs(run.energy()["total"] - before) < 1e-3
+    /// True
     fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let energy = self.work(py, |runner| runner.energy())?;
         from_serde(py, &EnergyReport::from(energy))
@@ -185,7 +202,9 @@ impl Simulation {
     /// newtons.
     ///
     /// It is slow: msd calls it in each evaluation of the forces. An exception in it ends the step,
-    /// keeps the state, and is what you see. The same arguments must give the same forces.
+    /// keeps the state, and is what you see. A force that is not finite raises SceneError. The same
+    /// arguments must give the same forces. `copy` keeps the force; `save`, `to_bytes` and pickle
+    /// refuse a run that has one.
     ///
     /// >>> import msd
     /// >>> run = msd.Simulation(msd.open("chain"))
@@ -216,40 +235,44 @@ impl Simulation {
         damping_ratio: f64,
         max_force: f64,
     ) -> PyResult<()> {
-        let (particle, target) = (particle.index(), target.0);
+        let (particle, target) = (particle.index(py, "particle")?, target.0);
         let grab = Interaction::Grab { particle, target, frequency, damping_ratio, max_force };
         self.queue(py, grab)
     }
 
     /// Let go of a grabbed particle.
     fn release(&self, py: Python<'_>, particle: Count) -> PyResult<()> {
-        self.queue(py, Interaction::Release { particle: particle.index() })
+        self.queue(py, Interaction::Release { particle: particle.index(py, "particle")? })
     }
 
     /// Pin a particle, which then keeps this velocity, metres per second.
     #[pyo3(signature = (particle, velocity=Triple(DVec3::ZERO)),
         text_signature = "($self, particle, velocity=(0, 0, 0))")]
     fn pin(&self, py: Python<'_>, particle: Count, velocity: Triple) -> PyResult<()> {
-        let (particle, velocity) = (particle.index(), velocity.0);
+        let (particle, velocity) = (particle.index(py, "particle")?, velocity.0);
         self.queue(py, Interaction::Pin { particle, velocity })
     }
 
     /// Free a pinned particle.
     fn unpin(&self, py: Python<'_>, particle: Count) -> PyResult<()> {
-        self.queue(py, Interaction::Unpin { particle: particle.index() })
+        self.queue(py, Interaction::Unpin { particle: particle.index(py, "particle")? })
     }
 
     /// Push a particle with a force, newtons, during the next step.
     fn push(&self, py: Python<'_>, particle: Count, force: Triple) -> PyResult<()> {
-        self.queue(py, Interaction::Push { particle: particle.index(), force: force.0 })
+        self.queue(
+            py,
+            Interaction::Push { particle: particle.index(py, "particle")?, force: force.0 },
+        )
     }
 
     /// Remove a spring for good.
     fn cut(&self, py: Python<'_>, spring: Count) -> PyResult<()> {
-        self.queue(py, Interaction::Cut { spring: spring.index() })
+        self.queue(py, Interaction::Cut { spring: spring.index(py, "spring")? })
     }
 
     /// Set the stiffness, N/m, of springs: all, or those of a body by its name, one, or a range.
+    /// Other methods take `of` alike, for springs or particles.
     #[pyo3(signature = (value, of=Of::All), text_signature = "($self, value, of=None)")]
     fn set_stiffness(&self, py: Python<'_>, value: f64, of: Of) -> PyResult<()> {
         self.queue_of(py, &of, |springs| Interaction::SetStiffness { springs, value })
@@ -320,7 +343,7 @@ impl Simulation {
         restitution: f64,
         friction: f64,
     ) -> PyResult<()> {
-        let (plane, friction) = (plane.index(), Friction::Coulomb(friction));
+        let (plane, friction) = (plane.index(py, "plane")?, Friction::Coulomb(friction));
         self.queue(py, Interaction::SetPlane { plane, restitution, friction })
     }
 
@@ -379,7 +402,7 @@ impl Simulation {
         velocity: Triple,
         spin: Triple,
     ) -> PyResult<()> {
-        let (solid, position) = (solid.index(), position.0);
+        let (solid, position) = (solid.index(py, "solid")?, position.0);
         let (velocity, spin) = (velocity.0, spin.0);
         self.queue(py, Interaction::MoveSolid { solid, position, velocity, spin })
     }
@@ -400,7 +423,7 @@ impl Simulation {
             *keys.get_mut(&key).ok_or_else(unknown)? = to_json(&value)?;
         }
         let look = serde_json::from_value(keys).map_err(|error| refused(py, error))?;
-        self.queue(py, Interaction::SetLook { body: body.index(), look })
+        self.queue(py, Interaction::SetLook { body: body.index(py, "body")?, look })
     }
 
     /// Draw the current state: a new array of (height, width, 4) with red, green, blue and opacity
@@ -410,7 +433,7 @@ impl Simulation {
     /// the picture is that of `msd render`. Colours stand for `colour`: "strain", "force", "energy"
     /// or "speed". Without `background` sky, ground and walls are transparent. A build without
     /// pictures, or a machine without a graphics driver, raises Error.
-    #[pyo3(signature = (width=Count(640), height=Count(480), camera=None, colour=None,
+    #[pyo3(signature = (width=Count::Of(640), height=Count::Of(480), camera=None, colour=None,
         background=true), text_signature = "($self, width=640, height=480, camera=None, \
                                             colour=None, background=True)")]
     fn picture<'py>(
@@ -422,7 +445,8 @@ impl Simulation {
         colour: Option<&str>,
         background: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let look = Picture { size: [width, height], camera, colour, background };
+        let size = [width.get(py, "width")?, height.get(py, "height")?];
+        let look = Picture { size, camera, colour, background };
         pictures::picture(py, self, look)
     }
 
@@ -430,7 +454,8 @@ impl Simulation {
         pictures::png(py, &self.shared, (&self.name, self.camera))
     }
 
-    /// Write the run into a file, which `msd run`, `msd view`, `msd.open` and `load` take.
+    /// Write the run into a file, which `msd run`, `msd view`, `msd.open` and `load` take. A run
+    /// with a force of your own is refused.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let loaded = self.saved(py)?;
         let written = py.detach(|| write_saved(&loaded, Output::create(&path)?));
@@ -460,7 +485,7 @@ impl Simulation {
         Simulation::opened(py, &loaded, threads)
     }
 
-    /// A copy that goes on by itself, with the same bits.
+    /// A copy that goes on by itself, with the same bits and the same forces of your own.
     pub fn copy(&self, py: Python<'_>) -> PyResult<Self> {
         let runner = self.work(py, |runner| runner.clone())?;
         let forces = Mutex::new(self.callables().clone());
@@ -506,11 +531,11 @@ impl Simulation {
         self.work(py, |runner| {
             let settings = runner.settings();
             let (method, precision) = (settings.integrator, runner.precision());
-            let (step, substeps) = (settings.step, settings.substeps);
+            let (step, substeps) = (settings.step, counted(settings.substeps.into(), "substep"));
             let time = runner.time();
             format!(
-                "<msd.Simulation {title}: t = {time:.6} s, {method}, {substeps} substeps of a \
-                 step of {step:.6} s, {precision}>"
+                "<msd.Simulation {title}: t = {time:.6} s, {method}, {substeps} of a step of \
+                 {step:.6} s, {precision}>"
             )
         })
     }

@@ -3,6 +3,7 @@
 use crate::caller::Caller;
 use crate::errors::{error, file_error, refused};
 use crate::options::Count;
+use msd_run::quantity::counted;
 use msd_study::monitor::Halt;
 use msd_study::sweep::{Datum, Sweep as StudySweep, Task};
 use pyo3::exceptions::PyIndexError;
@@ -20,10 +21,10 @@ pub struct Sweep {
     path: PathBuf,
 }
 
-/// Read a sweep file; docs/reference/sweeps.md explains its keys.
+/// Read a sweep file: a `scene`, the `duration`, seconds, and a `[grid]` of its keys with values.
 ///
 /// The cells are checked when you take them. A scene that names mesh files has no cells here. With
-/// `error = true` a row has `rms_error`, metres, the error of positions against a reference.
+/// `error = true` a row has errors against a reference, which `msd.run_cell` explains.
 ///
 /// >>> import msd, pathlib, tempfile
 /// >>> path = pathlib.Path(tempfile.mkdtemp(), "stiffness.toml")
@@ -88,14 +89,24 @@ impl Sweep {
     }
 
     fn __repr__(&self) -> String {
-        format!("<msd.Sweep {}: {} cells>", self.path.display(), self.sweep.len())
+        let cells = counted(self.sweep.len() as u64, "cell");
+        format!("<msd.Sweep {}: {cells}>", self.path.display())
     }
 }
 
-/// Run a cell of a sweep and return its row: a dict with the columns of docs/reference/sweeps.md.
+/// Run a cell of a sweep and return its row: a dict with the values of the grid, `outcome`
+/// ("finished" or "diverged"), `cpu_per_second`, `state_hash` and others.
+///
+/// With `error = true` it has errors, metres, the largest over time. `rms_error` is the root mean
+/// square over particles of their distances from a reference, which `max_error` of `tune` bounds.
+/// `max_error` of a row is the distance of the worst particle.
+///
+/// Where the motion is chaotic, the reference is certain only until `compared_until`, seconds, and
+/// `rms_error` and `max_error` cover the time until then. If that is before `duration`, compare the
+/// row only with rows of the same `compared_until`.
 ///
 /// The row follows from the cell alone, but for the times it measures; no file is touched but the
-/// cache of references of a sweep with `error = true`.
+/// cache of references of a sweep with `error = true`. Ctrl-C ends the cell.
 #[pyfunction]
 pub fn run_cell<'py>(py: Python<'py>, cell: &Bound<'py, PyDict>) -> PyResult<Bound<'py, PyDict>> {
     let get = |key: &str| {
@@ -116,7 +127,7 @@ pub fn run_cell<'py>(py: Python<'py>, cell: &Bound<'py, PyDict>) -> PyResult<Bou
         Ok((key.extract()?, datum))
     });
     let task = Task {
-        number: get("cell")?.extract::<Count>()?.index(),
+        number: get("cell")?.extract::<Count>()?.index(py, "cell")?,
         hash: get("hash")?.extract()?,
         scene: get("scene")?.extract()?,
         values: values.collect::<PyResult<_>>()?,

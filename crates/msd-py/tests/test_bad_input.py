@@ -43,6 +43,7 @@ BAD = [
     (lambda: net(stiffness=np.inf), msd.SceneError, "stiffness of spring 0 is inf; it must be"),
     (lambda: net(pins=[7]), msd.SceneError, "pins names particle 7"),
     (lambda: net(pins=np.array([True])), msd.SceneError, "pins has the shape (1,); it must be (2,)"),
+    (lambda: net(pins=[True]), msd.SceneError, "pins has the shape (1,); it must be (2,)"),
     (lambda: net().with_keys({"bodies[0].mass": 1}), msd.SceneError, "a network has the keys"),
     (lambda: net([], np.empty((0, 2), int)), msd.SceneError, "the scene has no particles"),
     (lambda: msd.mesh(X, [[0, 1, 9]]), msd.SceneError, "faces names particle 9"),
@@ -50,7 +51,8 @@ BAD = [
     (lambda: msd.open("cloht"), msd.SceneError, "did you mean `cloth`?"),
     (lambda: msd.open("#scene=cloth"), msd.SceneError, "does not open links"),
     (lambda: msd.open("cloth", {"bodies[0].stifness": 3}), msd.SceneError, "stiffness"),
-    (lambda: msd.open("cloth", {"world.gravity": 3}), msd.SceneError, "--set world.gravity"),
+    (lambda: msd.open("cloth", {"world.gravity": 3}), msd.SceneError, "world.gravity: "),
+    (lambda: net().with_keys({"world.gravity": None}), msd.SceneError, "world.gravity is None; to"),
     (lambda: msd.open("cloth", {3: 3}), msd.SceneError, "the key 3 must be a text"),
     (lambda: msd.open("cloth", {"": 3}), msd.SceneError, "must begin with a key of a scene"),
     (lambda: msd.open("cloth", {"world.drag": np.nan}), msd.SceneError, "it must be finite"),
@@ -66,9 +68,16 @@ BAD = [
     (lambda: msd.Simulation(msd.open("chain"), step=np.nan), msd.SceneError, "NaN"),
     (lambda: msd.Simulation(msd.open("chain"), threads=0), msd.SceneError, "threads is 0"),
     (lambda: msd.Simulation(msd.open("chain"), newton=2), msd.SceneError, "does not use newton"),
-    (lambda: run().step(-1), msd.SceneError, "it is -1; it must be a whole number from 0"),
-    (lambda: run().step(10**30), msd.SceneError, "it must be a whole number from 0"),
-    (lambda: run().step(1.5), TypeError, "it must be a whole number"),
+    (lambda: run().step(-1), msd.SceneError, "n is -1; it must be a whole number from 0"),
+    (lambda: run().step(10**30), msd.SceneError, f"n is {10**30}; it must be a whole number from 0"),
+    (lambda: run().step(1.5), TypeError, "n is of type float; it must be a whole number"),
+    (lambda: run().trajectory(1, every=-1), msd.SceneError, "every is -1; it must be"),
+    (lambda: run().cut(-1), msd.SceneError, "spring is -1; it must be"),
+    (lambda: run().set_mass(1, of=-1), msd.SceneError, "of is -1; it must be"),
+    (lambda: run().set_mass(1, of=range(-1, 2)), msd.SceneError, "the start of the range is -1"),
+    (lambda: run().set_mass(1, of=[0, 1]), TypeError, "it must be the name of a body, a whole number"),
+    (lambda: run().set_stiffness(1, of=range(5)), msd.SceneError, "of names spring 4, but there are only 4"),
+    (lambda: run().set_mass(1, of=range(9, 9)), msd.SceneError, f"of names particle 9, but there are only {N}"),
     (lambda: run().run(-1), msd.SceneError, "seconds is -1; it must be"),
     (lambda: run().run(np.nan), msd.SceneError, "seconds is NaN"),
     (lambda: run().trajectory(10**15), MemoryError, "GB; ask for less"),
@@ -113,10 +122,18 @@ def test_bad_input_is_refused_in_a_sentence(bad):
     assert "panicked" not in message
 
 
+def bad_at(particle, number):
+    force = np.zeros((N, 3))
+    force[particle, 1] = number
+    return force
+
+
 FORCES = [
     (lambda t, x, v: None, "the force returned None"),
     (lambda t, x, v: x[:1], "what the force returned has the shape (1, 3)"),
     (lambda t, x, v: "abc", "what the force returned must hold real numbers"),
+    (lambda t, x, v: bad_at(2, np.nan), "the force returned NaN for particle 2 at t = 0.000000 s"),
+    (lambda t, x, v: bad_at(0, -np.inf).tolist(), "the force returned -inf for particle 0 at t"),
 ]
 
 
@@ -133,7 +150,7 @@ def test_a_run_with_a_callable_is_not_saved():
     one = run()
     one.add_force(lambda t, x, v: 0 * x)
     one.copy().step()
-    with pytest.raises(msd.Error, match="1 forces that are callables"):
+    with pytest.raises(msd.Error, match="has 1 force of your own, which"):
         pickle.dumps(one)
 
 
@@ -145,7 +162,20 @@ def test_a_failed_step_says_where_and_keeps_the_state():
     assert isinstance(error, ArithmeticError) and isinstance(error, msd.Error)
     assert error.step == one.steps + 1 and error.time == one.time
     assert 0 <= error.particle < 961
+    assert 0 < error.stable_substep < one.settings["step"] / 4
     assert np.isfinite(one.positions).all()
+
+
+def test_a_run_that_leaves_the_world_is_not_blamed_on_its_force():
+    one = msd.Simulation(msd.open("cloth", {"bodies[0].stiffness": 1e9}), substeps=8)
+    one.add_force(lambda t, x, v: 1e-9 * x)
+    with pytest.raises(msd.StepError, match="diverged: particle"):
+        one.step(1000)
+
+
+def test_an_error_made_by_hand_has_none_of_what_it_cannot_know():
+    error = msd.StepError("mine")
+    assert (error.step, error.time, error.particle, error.stable_substep) == (None,) * 4
 
 
 def test_classes_of_errors_pickle():

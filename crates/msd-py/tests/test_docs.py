@@ -4,6 +4,7 @@ import ast
 import doctest
 import json
 import pathlib
+import pydoc
 import re
 
 import pytest
@@ -53,6 +54,12 @@ def test_notebooks_run(path, tmp_path, monkeypatch):
         exec(cell, names)
     lines = names["plt"].gca().get_lines()
     assert {line.get_label() for line in lines if len(line.get_xdata())} >= {"rk4", "xpbd"}
+
+
+def test_help_names_open_and_the_keys_of_scenes():
+    text = pydoc.plain(pydoc.render_doc(msd))
+    assert "open(name, keys=None)" in text
+    assert not any("docs/reference" in (text or "") for _, text in documented())
 
 
 def test_the_stubs_name_what_there_is():

@@ -5,6 +5,7 @@ import pathlib
 import pickle
 import signal
 import sys
+import tempfile
 import threading
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
@@ -37,8 +38,30 @@ def test_tuning_meets_what_is_asked_and_reports_progress():
     found = msd.tune(CHAIN, 0.1, max_error=0.01, progress=heard.append)
     assert found["met"] and found["verified_error"] <= 0.01
     assert heard and all(isinstance(words, str) for words in heard)
-    run = msd.Simulation(CHAIN, integrator=found["integrator"], precision=found["precision"])
-    run.step()
+
+
+# By its substeps, its tolerance, its Newton iterations; the scene says otherwise.
+@pytest.mark.parametrize("goal", [{"max_error": 1e-2}, {"max_error": 1e-5}, {"budget": 1e-4}])
+def test_the_settings_of_tuning_have_the_error_that_was_promised(goal):
+    scene = CHAIN.with_keys({"solver.step": 1 / 200, "solver.substeps": 3, "solver.newton": 4})
+    found = msd.tune(scene, 0.5, **goal)
+    assert found["met"] or "budget" in goal
+    assert "step" not in found
+    run = msd.Simulation(scene, **found["settings"])
+    now = run.settings
+    assert now["step"] == 1 / 60
+    assert found["substeps"] is None or now["step"] / now["substeps"] == found["substep"]
+    exact = msd.Simulation(scene, integrator="rk4", substeps=4096, precision="f64")
+    off = run.trajectory(30) - exact.trajectory(30)
+    error = (off**2).sum(axis=2).mean(axis=1).max() ** 0.5
+    uncertainty = found["reference_uncertainty"] + 1e-9
+    assert error <= found["verified_error"] + uncertainty
+    assert error <= goal.get("max_error", np.inf) + uncertainty
+    other = found["runner_up"]
+    if other is not None:
+        run = msd.Simulation(scene, **other["settings"]).settings
+        assert (run["integrator"], run["precision"]) == (other["integrator"], other["precision"])
+        assert other["substeps"] in (None, run["substeps"]) and "substep" in other
 
 
 def test_a_callable_that_raises_ends_a_search():
@@ -71,10 +94,25 @@ def test_the_report_of_a_study_is_a_page(tmp_path):
         msd.report(study, tmp_path / "no/such/a.html")
 
 
-def test_ctrl_c_ends_a_study():
+def run_a_long_cell(cloth):
+    with tempfile.TemporaryDirectory() as folder:
+        text = 'version = 1\nscene = "cloth"\nduration = 1e6\n[grid]\nsolver.substeps = [4]'
+        msd.run_cell(msd.sweep(write(folder, text))[0])
+
+
+LONG = [
+    lambda cloth: msd.study(cloth, 100, time=10_000, fresh=True),
+    lambda cloth: msd.tune(cloth, 100, max_error=1e-9),
+    run_a_long_cell,
+]
+
+
+@pytest.mark.parametrize("work", LONG)
+def test_ctrl_c_ends_long_work(work):
+    cloth = msd.open("cloth")
     threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     with pytest.raises(KeyboardInterrupt):
-        msd.study(msd.open("cloth"), 100, time=10_000, fresh=True)  # hours
+        work(cloth)  # minutes to hours
 
 
 def test_inspection_knows_the_mass():
@@ -108,6 +146,37 @@ def test_a_row_has_the_bits_of_a_run_and_touches_no_folder(tmp_path):
         assert row["hash"] == cell["hash"] and row["outcome"] == "finished"
         assert row["rms_error"] > 0
     assert not (tmp_path / "s").exists() and not (tmp_path / "s.csv").exists()
+
+
+def test_the_errors_of_a_row_are_the_largest_over_time(tmp_path):
+    exact = dict(integrator="rk4", substeps=4096, precision="f64")
+    for cell in msd.sweep(write(tmp_path)):
+        row, scene = msd.run_cell(cell), msd.open("chain", cell["values"])
+        off = msd.Simulation(scene).trajectory(6) - msd.Simulation(scene, **exact).trajectory(6)
+        squares = (off**2).sum(axis=2)
+        # Both references are off by as much as theirs claims, at most; f32 rounds positions here.
+        near = dict(rel=1e-3, abs=10 * row["reference_uncertainty"] + 1e-7)
+        assert row["rms_error"] == pytest.approx(squares.mean(axis=1).max() ** 0.5, **near)
+        assert row["max_error"] == pytest.approx(squares.max() ** 0.5, **near)
+        assert row["compared_until"] == row["duration"] == pytest.approx(0.1)
+
+
+def test_rows_of_a_chaotic_motion_are_compared_for_a_part_of_it(tmp_path):
+    # Three particles thrown about by two springs, and less predictable the stiffer they are.
+    (tmp_path / "double.toml").write_text("""
+version = 1
+[[bodies]]
+kind = "explicit"
+particles = [{position = [0, 0, 0]}, {position = [0.3, 1, 0]}, {position = [0.1, 2, 0]}]
+springs = [{ends = [0, 1], stiffness = 200}, {ends = [1, 2], stiffness = 200}]
+[[pins]]
+particle = 0
+""")
+    grid = '[grid]\n"bodies[0].springs[0].stiffness" = [200, 1000]\nsolver.substeps = [64, 128]'
+    text = 'version = 1\nscene = "double.toml"\nduration = 20\nerror = true\n' + grid
+    until = [msd.run_cell(cell)["compared_until"] for cell in msd.sweep(write(tmp_path, text))]
+    assert until[0] == until[1] < 20 and until[2] == until[3] < 20
+    assert until[0] != until[2]
 
 
 def test_a_row_is_that_of_the_command_line(tmp_path):

@@ -75,6 +75,54 @@ def test_two_particles_swing_as_their_closed_form():
     assert abs(length - expected) < 1e-9
 
 
+def test_a_network_has_the_defaults_that_its_docstring_gives():
+    net = msd.network([[0, 0, 0], [0, -3, 0]], [[0, 1]], pins=[True, False])
+    run, settings = msd.Simulation(net), net.settings
+    assert repr(net) == "<msd.Scene network: 2 particles, 1 spring>"
+    assert "1 substep of a step" in repr(run)
+    assert net.masses.tolist() == [1, 1] and net.pins.tolist() == [0]
+    assert (settings["integrator"], settings["precision"]) == ("velocity-verlet", "f32")
+    assert settings["automatic"] and settings["step"] == 1 / 60
+    assert run.forces() == pytest.approx(np.array([[0, -9.82, 0]] * 2), rel=1e-6)
+    run.set_state([[0, 0, 0], [0, -3.5, 0]], np.zeros((2, 3)))
+    assert run.forces()[1, 1] == pytest.approx(100 * 0.5 - 9.82, rel=1e-6)
+    run.set_state([[0, 0, 0], [0, -3, 0]], [[0, 0, 0], [0, -3, 0]])
+    assert run.forces()[1, 1] == pytest.approx(-9.82, rel=1e-6)
+
+
+def test_a_network_far_from_the_origin_runs_in_the_precision_of_a_scene_file_there():
+    for far, precision in ((0.0, "f32"), (1e5, "f64")):
+        places = [[far, 0, 0], [far + 0.01, 0, 0]]
+        net = msd.network(places, [[0, 1]])
+        rows = dict(particles=[{"position": place} for place in places], springs=[{"ends": [0, 1]}])
+        file = msd.scene({"version": 1, "bodies": [{"kind": "explicit", **rows}]})
+        assert net.settings["precision"] == file.settings["precision"] == precision
+        assert len(net.notes) == len(file.notes) == (precision == "f64")
+        for chosen in ("f32", "f64"):
+            again = net.with_keys({"solver.precision": chosen})
+            assert again.settings["precision"] == chosen
+
+
+def test_keywords_replace_what_the_scene_says_as_the_docstring_has_it():
+    scene = msd.open("chain", {"solver.step": 1 / 200, "solver.substeps": 3})
+
+    def both(**keys):
+        settings = msd.Simulation(scene, **keys).settings
+        return [settings["step"], settings["substeps"]]
+
+    assert both() == [1 / 200, 3]
+    assert both(substeps=5) == [1 / 60, 5]
+    assert both(step=1 / 100) == [1 / 100, 1]
+
+
+def test_a_run_of_no_seconds_takes_no_step_and_one_of_few_takes_one():
+    run = msd.Simulation(msd.open("chain"))
+    run.run(0)
+    assert run.steps == 0
+    run.run(1e-9)
+    assert run.steps == 1
+
+
 def test_a_damped_pair_loses_what_its_damper_takes():
     run = msd.Simulation(pair(damping=3.0), integrator="rk4", step=1e-3, precision="f64")
     before = run.energy()
@@ -82,6 +130,8 @@ def test_a_damped_pair_loses_what_its_damper_takes():
     after = run.energy()
     assert after["dissipated"] > 0
     assert after["total"] == pytest.approx(before["total"], abs=1e-8)
+    parts = ("kinetic", "elastic", "gravitational", "dissipated")
+    assert after["total"] == pytest.approx(sum(map(after.get, parts)) - after["supplied"])
     # w = sqrt(2 k / m), gamma = c / m: x = A exp(-gamma t) cos(wd t + phase) from rest.
     gamma, w = 3.0, np.sqrt(200.0)
     wd = np.sqrt(w * w - gamma * gamma)
@@ -208,12 +258,13 @@ def test_eight_threads_on_one_run_and_on_eight():
     assert {run.hash() for run in runs} == {one.hash()}
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-def test_ctrl_c_ends_steps_in_a_whole_state(threads):
+@pytest.mark.parametrize("threads, act", [(1, "step"), (2, "step"), (1, "trajectory")])
+def test_ctrl_c_ends_steps_in_a_whole_state(threads, act):
     run = msd.Simulation(msd.open("jelly"), threads=threads)
     threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
     with pytest.raises(KeyboardInterrupt):
-        run.step(10**12)  # years
+        run.step(10**12) if act == "step" else run.trajectory(10**6, points=[0])  # hours
+    assert 0 < run.steps
     other = msd.Simulation(msd.open("jelly"))
     other.step(run.steps)
     assert run.hash() == other.hash()

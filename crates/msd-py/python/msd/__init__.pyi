@@ -20,8 +20,8 @@ class Error(Exception): ...
 class SceneError(Error, ValueError): ...
 
 class StepError(Error, ArithmeticError):
-    step: int
-    time: float
+    step: int | None
+    time: float | None
     particle: int | None
     stable_substep: float | None
 
@@ -157,6 +157,7 @@ class Sweep:
 
 def open(name: _Path, keys: dict[str, Any] | None = None) -> Scene: ...
 def scene(source: str | dict[str, Any], /) -> Scene: ...
+def schema() -> dict[str, Any]: ...
 def network(
     positions: ArrayLike,
     springs: ArrayLike,

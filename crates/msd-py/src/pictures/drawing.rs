@@ -3,7 +3,6 @@
 use super::Picture;
 use super::device::{self, draw_on};
 use crate::errors::{error, refused};
-use crate::options::Count;
 use crate::run::Simulation;
 use crate::run::lock::Shared;
 use msd_film::{About, Kind, Seen, Shot, Sighting, begin, usual_colours, write_png};
@@ -33,7 +32,7 @@ impl Picture<'_, '_> {
                 }
             }
         }
-        let side = |side: Count| u32::try_from(side.0).unwrap_or(u32::MAX);
+        let side = |side| u32::try_from(side).unwrap_or(u32::MAX);
         Ok(Shot {
             size: self.size.map(side),
             camera,
@@ -104,8 +103,7 @@ pub fn png<'py>(
     shared: &Shared,
     (name, author): (&str, Viewpoint),
 ) -> Option<Bound<'py, PyBytes>> {
-    let size = [Count(640), Count(480)];
-    let look = Picture { size, camera: None, colour: None, background: true };
+    let look = Picture { size: [640, 480], camera: None, colour: None, background: true };
     let image = draw(py, shared, &look.shot(py, name).ok()?, author).ok()?;
     let mut bytes = Vec::new();
     write_png(&mut bytes, &image).ok()?;
@@ -133,7 +131,7 @@ fn look_ahead(
 pub fn film(
     py: Python<'_>,
     run: &Simulation,
-    (Count(frames), Count(every)): (Count, Count),
+    (frames, every): (u64, u64),
     path: &Path,
     look: Picture<'_, '_>,
 ) -> PyResult<()> {

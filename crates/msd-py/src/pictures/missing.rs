@@ -2,7 +2,6 @@
 
 use super::Picture;
 use crate::errors::error;
-use crate::options::Count;
 use crate::run::Simulation;
 use crate::run::lock::Shared;
 use msd_scene::Viewpoint;
@@ -26,7 +25,7 @@ pub fn picture<'py>(
 pub fn film(
     py: Python<'_>,
     _run: &Simulation,
-    _frames: (Count, Count),
+    _frames: (u64, u64),
     _path: &Path,
     _look: Picture<'_, '_>,
 ) -> PyResult<()> {

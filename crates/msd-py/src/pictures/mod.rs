@@ -19,7 +19,7 @@ use std::path::PathBuf;
 #[cfg_attr(not(feature = "pictures"), expect(dead_code, reason = "nothing is drawn"))]
 pub struct Picture<'a, 'py> {
     /// Width and height, pixels.
-    pub size: [Count; 2],
+    pub size: [u64; 2],
     /// A side by its name, or azimuth and elevation, degrees.
     pub camera: Option<&'a Bound<'py, PyAny>>,
     /// The name of a quantity.
@@ -34,9 +34,10 @@ pub struct Picture<'a, 'py> {
 /// that of a .png per frame with its number, such as film/%04d.png. The other keywords are those of
 /// `Simulation.picture`; `camera` may also be "orbit", a turn about the scene, or
 /// "orbit:DEGREES" per second. A step that fails raises StepError; the frames before it are kept.
+/// Ctrl-C ends the film; the run keeps the steps taken.
 #[pyfunction]
-#[pyo3(signature = (run, frames, path, *, every=Count(1), width=Count(640), height=Count(480),
-    camera=None, colour=None, background=true),
+#[pyo3(signature = (run, frames, path, *, every=Count::Of(1), width=Count::Of(640),
+    height=Count::Of(480), camera=None, colour=None, background=true),
     text_signature = "(run, frames, path, *, every=1, width=640, height=480, camera=None, \
                       colour=None, background=True)")]
 pub fn film(
@@ -51,6 +52,8 @@ pub fn film(
     colour: Option<&str>,
     background: bool,
 ) -> PyResult<()> {
-    let look = Picture { size: [width, height], camera, colour, background };
-    drawing::film(py, run.get(), (frames, every), &path, look)
+    let size = [width.get(py, "width")?, height.get(py, "height")?];
+    let look = Picture { size, camera, colour, background };
+    let counts = (frames.get(py, "frames")?, every.get(py, "every")?);
+    drawing::film(py, run.get(), counts, &path, look)
 }

@@ -68,19 +68,27 @@ impl Force {
             && let Ok(array) = array.try_readonly()
             && let Ok(numbers) = array.as_slice()
         {
-            return Ok(add(numbers.as_chunks().0, motion, forces));
+            return add(py, numbers.as_chunks().0, motion, forces);
         }
         if answer.is_none(py) {
             let message = format!("the force returned None; it must return ({count}, 3) newtons");
             return Err(refused(py, message));
         }
         let rows = arrays::rows("what the force returned", answer.bind(py), Some(count))?;
-        Ok(add(&rows, motion, forces))
+        add(py, &rows, motion, forces)
     }
 }
 
 /// Adds the force on each particle; returns the power that they take, watts.
-fn add<R: Real>(rows: &[[f64; 3]], motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
+///
+/// # Errors
+/// SceneError, if a force is not finite though the motion is.
+fn add<R: Real>(
+    py: Python<'_>,
+    rows: &[[f64; 3]],
+    motion: &Motion<'_, R>,
+    forces: &mut Vectors<'_, R>,
+) -> PyResult<f64> {
     let (mut power, mut particle) = (0.0, 0);
     // Not `zip`: what is nested is walked faster from inside.
     motion.velocities().for_each(|velocity| {
@@ -89,7 +97,34 @@ fn add<R: Real>(rows: &[[f64; 3]], motion: &Motion<'_, R>, forces: &mut Vectors<
         power -= force.dot(velocity.to_f64());
         particle += 1;
     });
-    power
+    // A sum with a number that is not finite is not finite.
+    if power.is_finite() || is_wild(motion) {
+        return Ok(power);
+    }
+    let numbers = rows.as_flattened();
+    match numbers.iter().position(|number| !number.is_finite()) {
+        Some(at) => Err(refused(
+            py,
+            format!(
+                "the force returned {} for particle {} at t = {:.6} s; it must be finite",
+                numbers[at],
+                at / 3,
+                motion.time()
+            ),
+        )),
+        None => Ok(power),
+    }
+}
+
+/// Returns whether a motion is far outside the world, which the core reports at the end of the
+/// step: no force can be blamed there.
+fn is_wild<R: Real>(motion: &Motion<'_, R>) -> bool {
+    const FAR: f64 = 1e30;
+    let is_far = |vector: R::Vec3| {
+        let vector = vector.to_f64();
+        !vector.is_finite() || FAR < vector.abs().max_element()
+    };
+    motion.positions().any(is_far) || motion.velocities().any(is_far)
 }
 
 impl<R: Real> Element<R> for Force {

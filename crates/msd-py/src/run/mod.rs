@@ -9,8 +9,9 @@ use crate::errors::{core_error, error, refused};
 use crate::options::{Of, select};
 use force::Callable;
 use lock::{Shared, Threads};
-use msd_core::Interaction;
+use msd_core::{Error, Interaction};
 use msd_run::Runner;
+use msd_run::quantity::counted;
 use msd_scene::{Loaded, Viewpoint};
 use pyo3::prelude::*;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -20,14 +21,17 @@ use stepping::turn;
 ///
 /// Each keyword replaces what the scene says: `integrator` (see `msd.integrators`), `step`,
 /// seconds, `substeps` (a number or "auto"), `tolerance` of dormand-prince, `newton` iterations of
-/// an implicit method, `precision` ("f32" or "f64"). As on the command line, `step` alone takes one
-/// substep, and `substeps` alone divides 1/60 s.
+/// an implicit method, `precision` ("f32" or "f64"). `step` alone also sets `substeps` to 1, and
+/// `substeps` alone also sets `step` to 1/60 s, whatever the scene says.
+///
+/// Without keywords a run has `scene.settings`. The default precision is "f32", or "f64" far from
+/// the origin.
 ///
 /// `threads` is the number of threads that a step of a large body may use. The same scene and
 /// keywords give the same bits as the command line, on any number of threads.
 ///
 /// You may use a run from any thread; a thread waits while another one steps the run. Ctrl-C ends
-/// `step`, `run` and `trajectory` between two steps.
+/// `step`, `run` and `trajectory` between two steps; the run keeps the steps taken.
 ///
 /// >>> import msd
 /// >>> run = msd.Simulation(msd.open("cloth"), integrator="rk4", substeps=16)
@@ -106,7 +110,19 @@ impl Simulation {
         interaction: impl FnOnce(msd_core::Select) -> Interaction + Send,
     ) -> PyResult<()> {
         let queued = self.work(py, |runner| {
-            select(runner, of).map(|selected| runner.queue(interaction(selected)))
+            let selected = select(runner, of)?;
+            match (runner.queue(interaction(selected)), of) {
+                // The core names the end of a range, which is beyond its last row.
+                (Err(Error::OutOfRange { target, .. }), &Of::Range(start, end)) => {
+                    let is_spring = target == "spring";
+                    let count =
+                        if is_spring { runner.spring_count() } else { runner.particle_count() };
+                    let last = start.max(end.saturating_sub(1));
+                    let only = format!("there are only {count}, counted from 0");
+                    Err(format!("of names {target} {last}, but {only}"))
+                }
+                (queued, _) => Ok(queued),
+            }
         })?;
         queued.map_err(|reason| refused(py, reason))?.map_err(|error| core_error(py, error))
     }
@@ -121,8 +137,9 @@ impl Simulation {
             count => Err(error(
                 py,
                 format!(
-                    "the run has {count} forces that are callables, which a saved run does not \
-                     hold; save a run without them, and add them after loading"
+                    "the run has {} of your own, which a saved run does not hold; save a run \
+                     without, and add forces after loading",
+                    counted(count as u64, "force")
                 ),
             )),
         }
