@@ -192,7 +192,7 @@ def test_an_exception_of_a_force_ends_a_film(tmp_path):
 BAD = [
     (lambda: run_of().picture(0, 8), msd.Error, "picture size is 0x8; each side must be from 1"),
     (lambda: run_of().picture(10**9, 8), msd.Error, "each side must be from 1"),
-    (lambda: run_of().picture(-1, 8), msd.SceneError, "it is -1; it must be a whole number"),
+    (lambda: run_of().picture(-1, 8), msd.SceneError, "width is -1; it must be a whole number"),
     (lambda: run_of().picture(camera="behind"), msd.SceneError, "camera must be front, back"),
     (lambda: run_of().picture(camera=(1, 2, 3)), msd.SceneError, "camera is (1, 2, 3); it must"),
     (lambda: run_of().picture(colour="heat"), msd.SceneError, "colour is heat; it must be one"),
