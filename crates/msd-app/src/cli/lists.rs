@@ -51,9 +51,7 @@ pub fn run_lessons(arguments: &LessonsArguments) -> Result<(), Failure> {
     let sheet = lesson_sheet(&loaded, settings).map_err(refused)?;
     let out = arguments.out.clone();
     let out = out.unwrap_or_else(|| PathBuf::from(format!("{}.html", loaded.name)));
-    let mut places = Places::default();
-    loaded.files.iter().for_each(|file| places.read("SCENE", file));
-    places.write("--out", &out)?;
+    Places::of(&loaded.files, None).write("--out", &out)?;
     write_file(&out, sheet.as_bytes()).map_err(Failure::input)?;
     say(&format!("wrote {}, the teacher's sheet", shown_path(&out)))
 }
