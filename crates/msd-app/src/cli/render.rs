@@ -37,11 +37,11 @@ struct RenderReport {
 pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     let RenderArguments { scene, set, solver, time, size, .. } = arguments;
     hush(arguments.quiet);
-    let interrupt = Interrupt::catch();
     let film = arguments.frames;
     let moments = film.unwrap_or(Moments { from: *time, to: *time, every: 1.0 });
     let option = if film.is_some() { "--frames" } else { "--time" };
     let mut prepared = prepare((scene, set), solver, (option, moments.to))?;
+    let interrupt = Interrupt::catch();
     let steps = steps(film, &mut prepared)?;
     let ending = if film.is_some() { "webp" } else { "png" };
     let path = arguments.out.clone();
