@@ -184,6 +184,7 @@ pub mod scene;
 pub mod elements;
 pub mod obstacles;
 mod contact;
+pub mod laws;
 mod system;
 pub mod stability;
 pub mod methods;

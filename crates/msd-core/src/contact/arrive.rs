@@ -5,14 +5,13 @@ use super::ending::{Bodies, Substep};
 use super::found::{TOGETHER, twice};
 use super::held::{Limit, MOST};
 use super::landing::{Arrival, is_squeezed, meet_surface, onto};
-use super::law::{Contacts, Outcome, Span, TURN, Touch, bounce, hold, keeps, rounding};
+use super::law::{Contacts, Outcome, Span, TURN, Touch, bounce, depth, hold, keeps, rounding};
 use super::passage::Passage;
 use crate::columns::threads::merge_shares;
 use crate::columns::{LANES, RECORD, single, single_of, singles_of};
 use crate::number::{Real, Vector, at_level};
 use crate::obstacles::solid::{Ball, Sampled, lane_of, lanes};
 use crate::obstacles::{Obstacle, Obstacles, Placed, PlaneColumn};
-use crate::pack::dot;
 use core::ops::{Add, Range};
 use fearless_simd::Level;
 
@@ -109,12 +108,6 @@ fn gone_far<R: Real>(
 
 /// The number of particles inside from which on the whole record is computed.
 const MANY: u32 = 8;
-
-/// Depth of a point inside a plane, metres.
-#[inline(always)]
-fn depth<R: Real>(plane: &PlaneColumn<R>, x: &[R; RECORD], lane: usize) -> R {
-    plane.offset - dot(plane.normal.components(), lane_of(x, lane))
-}
 
 /// Sixteen particles at most that may be inside an obstacle.
 struct Batch<R> {
@@ -334,7 +327,8 @@ impl<R: Real> Batch<R> {
     /// Depth of a particle inside a plane, metres.
     #[inline(always)]
     fn depth(&self, plane: &PlaneColumn<R>, lane: usize) -> R {
-        depth(plane, &self.positions, lane) + self.radii[lane]
+        let point = lane_of(&self.positions, lane);
+        depth(plane.normal.components(), plane.offset, point) + self.radii[lane]
     }
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! Contacts at a time: which particles are at which obstacles, found once for all that hold them.
 
 use super::Radii;
-use super::law::rounding;
+use super::law::{is_inside, is_near, rounding};
 use crate::columns::threads::{Split, merge_shares};
 use crate::columns::{LANES, RECORD};
 use crate::number::{Real, Vector, at_level};
@@ -234,13 +234,6 @@ fn plane_gap<'a, R: Real>(
     }
 }
 
-/// Whether a particle of some radius is on a surface or inside, by the gap of its middle and the
-/// terms of that.
-#[inline(always)]
-fn is_near<R: Real>((gap, terms): (R, R), radius: R) -> bool {
-    -rounding(terms, radius) <= radius - gap
-}
-
 /// Whether a place of some records meets a condition on its gap of a plane and the terms of that,
 /// and on its radius.
 #[inline(always)]
@@ -295,9 +288,7 @@ fn contact<R: Real>(
     // Most records are at no obstacle.
     let mut inside = [0; LANES];
     for (lane, inside) in inside.iter_mut().enumerate() {
-        let (gap, terms) = gap(lane);
-        let least = if settles { rounding(terms, radii[lane]) } else { R::ZERO };
-        *inside = u32::from(least < radii[lane] - gap) << lane;
+        *inside = u32::from(is_inside(gap(lane), radii[lane], settles)) << lane;
     }
     let moving = places.moving_of(record);
     Contact { near: (near & moving) as u16, inside: (any(inside) & moving) as u16 }

@@ -153,6 +153,26 @@ pub(crate) fn rounding<N: Number>(terms: N, radius: N) -> N {
     (terms + radius) * terms.splat(N::Scalar::EPSILON * N::Scalar::of(4.0))
 }
 
+/// Whether a particle of some radius is on a surface or inside, by the gap of its middle and the
+/// terms of that.
+#[inline(always)]
+pub(crate) fn is_near<N: Number>((gap, terms): (N, N), radius: N) -> N::Mask {
+    (-rounding(terms, radius)).is_at_most(radius - gap)
+}
+
+/// Whether it is inside; for a method that holds particles on a surface, by more than rounding.
+#[inline(always)]
+pub(crate) fn is_inside<N: Number>((gap, terms): (N, N), radius: N, holds: bool) -> N::Mask {
+    let least = if holds { rounding(terms, radius) } else { gap.zero() };
+    least.is_less(radius - gap)
+}
+
+/// Depth of a point inside a plane, metres.
+#[inline(always)]
+pub(crate) fn depth<N: Number>(normal: [N; 3], offset: N, x: [N; 3]) -> N {
+    offset - dot(normal, x)
+}
+
 /// The speed towards a surface below which a contact rests, metres per second: the speed that
 /// gravity adds in two substeps.
 pub(crate) fn resting_speed<R: Real>(normal: R::Vec3, gravity: R::Vec3, h: R) -> R {

@@ -24,7 +24,7 @@ pub struct Fields<R: Real> {
 
 /// Gravity and a uniform force on a mass along an axis, newtons; 0 where there is no mass.
 #[inline(always)]
-fn weight<N: Number>(gravity: N, force: N, mass: N) -> N {
+pub(crate) fn weight<N: Number>(gravity: N, force: N, mass: N) -> N {
     let zero = mass.splat(N::Scalar::ZERO);
     // Plus zero: a sum that starts at minus zero would differ from one that starts at zero where
     // nothing pulls.
@@ -33,7 +33,7 @@ fn weight<N: Number>(gravity: N, force: N, mass: N) -> N {
 
 /// The force on a particle along an axis, of its weight and the drag of the air, newtons.
 #[inline(always)]
-fn pull<N: Number>(weight: N, velocity: N, drag: N) -> N {
+pub(crate) fn pull<N: Number>(weight: N, velocity: N, drag: N) -> N {
     weight - velocity * drag
 }
 

@@ -23,12 +23,16 @@ pub struct Grab<R: Real> {
 }
 
 /// The force of a grab before it is capped, newtons: k times the way to its target, less b v.
-fn wish<N: Number>(way: [N; 3], velocity: [N; 3], [stiffness, damping]: [N; 2]) -> [N; 3] {
+pub(crate) fn wish<N: Number>(
+    way: [N; 3],
+    velocity: [N; 3],
+    [stiffness, damping]: [N; 2],
+) -> [N; 3] {
     zip(way, velocity, |way, velocity| way * stiffness - velocity * damping)
 }
 
 /// A force, at most so strong, newtons.
-fn capped<N: Number>(force: [N; 3], most: N) -> [N; 3] {
+pub(crate) fn capped<N: Number>(force: [N; 3], most: N) -> [N; 3] {
     let strength = dot(force, force).sqrt();
     let one = most.splat(N::Scalar::ONE);
     let scale = N::select(most.is_less(strength), most / strength, one);

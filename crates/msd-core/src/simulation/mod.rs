@@ -461,6 +461,11 @@ impl<R: Real> Simulation<R> {
         self.renew_scratch();
     }
 
+    /// Whether a user-defined method steps it.
+    pub fn has_own_method(&self) -> bool {
+        self.own_method.is_some()
+    }
+
     /// Makes the work columns of the current method.
     fn renew_scratch(&mut self) {
         let columns = match &self.own_method {

@@ -550,6 +550,16 @@ impl<R: Real> Model<R> {
         self.guides.0.iter().filter(|(_, guides)| *guides).map(|(guide, _)| guide)
     }
 
+    /// The number of guides, whenever they guide, and that of user-defined elements.
+    pub fn guide_and_own_counts(&self) -> [usize; 2] {
+        [self.guides.0.len(), self.own.0.len()]
+    }
+
+    /// The forces of the next step on single particles, newtons.
+    pub fn pushes(&self) -> &[(u32, R::Vec3)] {
+        &self.pushes.0
+    }
+
     /// The active grabs.
     pub fn grabs(&self) -> &[Grab<R>] {
         &self.grabs.0

@@ -194,17 +194,17 @@ fn slowed<N: Number>(law: &ContactLaw<N>, n: [N; 3], v: [N; 3], push: N) -> ([N;
 }
 
 /// A velocity after the law.
-struct Settled<N: Number> {
+pub(crate) struct Settled<N: Number> {
     /// Whether the particle lies, if it is on the surface: the law is for no other.
-    lies: N::Mask,
+    pub(crate) lies: N::Mask,
     /// Along the surface.
-    velocity: [N; 3],
+    pub(crate) velocity: [N; 3],
     /// Energy dissipated per mass, joules per kilogram.
     taken: N,
 }
 
 impl<N: Number> Kick<N> {
-    fn law(&self, law: ContactLaw<N>) -> ContactLaw<N> {
+    pub(crate) fn law(&self, law: ContactLaw<N>) -> ContactLaw<N> {
         if self.loses { law } else { ContactLaw { loss: law.loss.zero(), ..law } }
     }
 
@@ -217,7 +217,7 @@ impl<N: Number> Kick<N> {
     ///
     /// It goes on at the speed `bend` along the normal, 0 on a plane: see [`bend`].
     #[inline(always)]
-    fn settle(
+    pub(crate) fn settle(
         &self,
         law: &ContactLaw<N>,
         n: [N; 3],

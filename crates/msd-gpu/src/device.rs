@@ -1,0 +1,306 @@
+//! Graphics devices: adapters, buffers and programs.
+
+use crate::error::GpuError;
+use crate::shader::symbol::Spelling;
+use crate::shader::{Kind, MOST_PLANES, Manner, Roots, programs};
+use bytemuck::{Pod, cast_slice};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+use wgpu::util::DeviceExt;
+use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ComputePipeline};
+
+/// The storage buffers of a program.
+const STORAGE_BUFFERS: u32 = 8;
+/// Bytes from the numbers of one substep to those of the next.
+pub const STRIDE: u64 = 256;
+
+/// A graphics device that computes. Clones share it.
+#[derive(Clone, Debug)]
+pub struct Device {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    info: wgpu::AdapterInfo,
+    manner: Manner,
+    shared: Arc<Shared>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    /// The reason of the driver, once the device is lost.
+    lost: Mutex<Option<String>>,
+    layouts: [BindGroupLayout; 3],
+    exact: Buffer,
+    /// The programs of methods that were asked for.
+    programs: Mutex<HashMap<(Kind, Manner, bool), Programs>>,
+}
+
+/// The programs of a method, by name.
+pub type Programs = Arc<HashMap<&'static str, ComputePipeline>>;
+
+/// The adapters of this machine, in the order of their drivers. The environment variable
+/// `WGPU_BACKEND` limits them, for example to `vulkan` or `gl`.
+pub async fn adapters() -> Vec<wgpu::Adapter> {
+    let descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+    let instance = wgpu::util::new_instance_with_webgpu_detection(descriptor).await;
+    instance.enumerate_adapters(wgpu::Backends::all()).await
+}
+
+impl Device {
+    /// Opens the first adapter whose name contains a text, whatever its case: real ones before
+    /// those in software.
+    ///
+    /// # Errors
+    /// [`GpuError::NoAdapter`], [`GpuError::NoCompute`] or [`GpuError::NoDevice`].
+    pub async fn open(name: &str) -> Result<Self, GpuError> {
+        let mut all = adapters().await;
+        all.sort_by_key(|adapter| adapter.get_info().device_type == wgpu::DeviceType::Cpu);
+        let name = name.to_lowercase();
+        let named =
+            |adapter: &wgpu::Adapter| adapter.get_info().name.to_lowercase().contains(&name);
+        let Some(adapter) = all.into_iter().find(named) else {
+            let with = if name.is_empty() { String::new() } else { format!(" named {name:?}") };
+            return Err(GpuError::NoAdapter(with));
+        };
+        Self::of_adapter(&adapter).await
+    }
+
+    /// Opens an adapter.
+    ///
+    /// # Errors
+    /// See [`Device::open`].
+    pub async fn of_adapter(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
+        let (info, limits) = (adapter.get_info(), adapter.limits());
+        let most = limits.max_storage_buffers_per_shader_stage;
+        if most < STORAGE_BUFFERS {
+            return Err(GpuError::NoCompute { adapter: info.name, most });
+        }
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("msd"),
+            required_limits: limits,
+            ..Default::default()
+        };
+        let opened = adapter.request_device(&descriptor).await;
+        let (device, queue) = opened.map_err(|reason| GpuError::NoDevice {
+            adapter: info.name.clone(),
+            reason: reason.to_string(),
+        })?;
+        Ok(Self::of(device, queue, info))
+    }
+
+    /// Computes on a device that is open, such as that of a window.
+    pub fn of(device: wgpu::Device, queue: wgpu::Queue, info: wgpu::AdapterInfo) -> Self {
+        let layouts = layouts(&device);
+        let exact = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("exact"),
+            contents: cast_slice(&unknown_numbers()),
+            usage: BufferUsages::UNIFORM,
+        });
+        let (lost, programs) = Default::default();
+        let shared = Arc::new(Shared { lost, layouts, exact, programs });
+        let of_callback = Arc::downgrade(&shared);
+        device.set_device_lost_callback(move |_, reason| {
+            if let Some(shared) = of_callback.upgrade() {
+                *shared.lost.lock().expect("no panic while it is held") = Some(reason);
+            }
+        });
+        let manner = Manner { spelling: Spelling::Exact, roots: Roots::Native };
+        Device { device, queue, info, manner, shared }
+    }
+
+    /// Name, driver and kind of its adapter.
+    pub fn info(&self) -> &wgpu::AdapterInfo {
+        &self.info
+    }
+
+    /// Its name.
+    pub fn name(&self) -> String {
+        self.info.name.clone()
+    }
+
+    /// How it is made to compute the bits of the processor; what [`crate::probe`] finds.
+    pub fn manner(&self) -> Manner {
+        self.manner
+    }
+
+    /// The same device with programs that compute in another manner.
+    pub fn with_manner(self, manner: Manner) -> Self {
+        Device { manner, ..self }
+    }
+
+    /// The layouts of constants, of the state and of the numbers of a substep.
+    pub(crate) fn layouts(&self) -> &[BindGroupLayout; 3] {
+        &self.shared.layouts
+    }
+
+    /// The numbers that a compiler does not know.
+    pub(crate) fn exact(&self) -> &Buffer {
+        &self.shared.exact
+    }
+
+    /// The programs of a method, compiled the first time.
+    pub(crate) fn programs(&self, kind: Kind, bounces: bool) -> Programs {
+        let mut known = self.shared.programs.lock().expect("no panic while it is held");
+        let make = || {
+            let names = ["begin_step", "clear_flags"].into_iter().chain(kind.programs().to_vec());
+            self.compile(&programs(kind, self.manner, bounces), names)
+        };
+        known.entry((kind, self.manner, bounces)).or_insert_with(make).clone()
+    }
+
+    fn compile(&self, source: &str, names: impl Iterator<Item = &'static str>) -> Programs {
+        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("step"),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+        let layouts = self.layouts().each_ref().map(Some);
+        let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("step"),
+            bind_group_layouts: &layouts,
+            immediate_size: 0,
+        });
+        let pipeline = |name| {
+            let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(name),
+                layout: Some(&layout),
+                module: &module,
+                entry_point: Some(name),
+                compilation_options: Default::default(),
+                cache: None,
+            });
+            (name, pipeline)
+        };
+        Arc::new(names.map(pipeline).collect())
+    }
+
+    /// A storage buffer with this content.
+    pub(crate) fn storage<T: Pod>(
+        &self,
+        what: &'static str,
+        content: &[T],
+    ) -> Result<Buffer, GpuError> {
+        let bytes: &[u8] = cast_slice(content);
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        self.check_size(what, bytes.len() as u64)?;
+        let descriptor =
+            wgpu::util::BufferInitDescriptor { label: Some(what), contents: bytes, usage };
+        Ok(self.device.create_buffer_init(&descriptor))
+    }
+
+    /// A uniform buffer with this content.
+    pub(crate) fn uniform<T: Pod>(&self, what: &'static str, content: &[T]) -> Buffer {
+        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some(what),
+            contents: cast_slice(content),
+            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+        })
+    }
+
+    /// A buffer of so many bytes.
+    pub(crate) fn empty(
+        &self,
+        what: &'static str,
+        bytes: u64,
+        usage: BufferUsages,
+    ) -> Result<Buffer, GpuError> {
+        self.check_size(what, bytes)?;
+        Ok(self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(what),
+            size: bytes,
+            usage,
+            mapped_at_creation: false,
+        }))
+    }
+
+    fn check_size(&self, what: &'static str, bytes: u64) -> Result<(), GpuError> {
+        let limits = self.device.limits();
+        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        if bytes <= most {
+            return Ok(());
+        }
+        Err(GpuError::TooLarge { what, bytes, adapter: self.name(), most })
+    }
+
+    /// A group of buffers by the numbers of their bindings.
+    pub(crate) fn group(&self, layout: &BindGroupLayout, buffers: &[&Buffer]) -> BindGroup {
+        let entry = |binding: usize| wgpu::BindGroupEntry {
+            binding: binding as u32,
+            resource: buffers[binding].as_entire_binding(),
+        };
+        let entries: Vec<_> = (0..buffers.len()).map(entry).collect();
+        let descriptor = wgpu::BindGroupDescriptor { label: None, layout, entries: &entries };
+        self.device.create_bind_group(&descriptor)
+    }
+
+    /// A group of one uniform buffer that is read at offsets.
+    pub(crate) fn dynamic_group(&self, layout: &BindGroupLayout, buffer: &Buffer) -> BindGroup {
+        let size = wgpu::BufferSize::new(16);
+        let binding = wgpu::BufferBinding { buffer, offset: 0, size };
+        let resource = wgpu::BindingResource::Buffer(binding);
+        let entries = [wgpu::BindGroupEntry { binding: 0, resource }];
+        let descriptor = wgpu::BindGroupDescriptor { label: None, layout, entries: &entries };
+        self.device.create_bind_group(&descriptor)
+    }
+
+    /// Does something that the device may refuse.
+    pub(crate) async fn checked<T>(
+        &self,
+        act: impl FnOnce() -> Result<T, GpuError>,
+    ) -> Result<T, GpuError> {
+        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let use_of = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let done = act();
+        let refused = [use_of.pop().await, memory.pop().await].into_iter().flatten().next();
+        self.check_lost()?;
+        match refused {
+            Some(reason) => {
+                Err(GpuError::Refused { adapter: self.name(), reason: reason.to_string() })
+            }
+            None => done,
+        }
+    }
+
+    /// Refuses a device that was lost.
+    pub(crate) fn check_lost(&self) -> Result<(), GpuError> {
+        let lost = self.shared.lost.lock().expect("no panic while it is held").clone();
+        lost.map_or(Ok(()), |reason| Err(GpuError::Lost { adapter: self.name(), reason }))
+    }
+}
+
+/// The bits of ones, zeros and powers of two, in the order of `Exact` in `exact.wgsl`.
+fn unknown_numbers() -> [u32; 12] {
+    let (tiny, up, down) = (2f32.powi(-60), 2f32.powi(64), 2f32.powi(-32));
+    [1.0, 1.0, 1.0, 1.0, 1.0, -0.0, 0.0, 0.0, tiny, up, down, 0.0].map(f32::to_bits)
+}
+
+fn layouts(device: &wgpu::Device) -> [BindGroupLayout; 3] {
+    use wgpu::BufferBindingType::{Storage, Uniform};
+    let (read, write) = (Storage { read_only: true }, Storage { read_only: false });
+    let layout = |kinds: &[wgpu::BufferBindingType], has_dynamic_offset: bool| {
+        let entry =
+            |(binding, &ty): (usize, &wgpu::BufferBindingType)| wgpu::BindGroupLayoutEntry {
+                binding: binding as u32,
+                visibility: wgpu::ShaderStages::COMPUTE,
+                count: None,
+                ty: wgpu::BindingType::Buffer {
+                    ty,
+                    has_dynamic_offset,
+                    min_binding_size: if has_dynamic_offset {
+                        wgpu::BufferSize::new(16)
+                    } else {
+                        None
+                    },
+                },
+            };
+        let entries: Vec<_> = kinds.iter().enumerate().map(entry).collect();
+        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: None,
+            entries: &entries,
+        })
+    };
+    const { assert!(MOST_PLANES * 32 <= 16384, "a uniform buffer holds the planes") };
+    [
+        layout(&[Uniform, Uniform, Uniform, read, read, read], false),
+        layout(&[read, write, write, write, write], false),
+        layout(&[Uniform], true),
+    ]
+}

@@ -1,0 +1,19 @@
+//! Steps mass-spring-damper systems on a graphics card, to the bits of `msd-core`.
+//!
+//! The laws of the core are functions over numbers. A number that records what is done to it writes
+//! them as WGSL, in a form that no compiler may fuse or reorder (`shader/`). Springs are gathered
+//! particle by particle in the order of the sums of the core (`rows.rs`). So a device computes the
+//! same bits, and all that was measured on the processor holds for it: errors, limits, tuning.
+
+// In reading order: a file imports only from files above it (`tests/tidy/order.rs`).
+mod error;
+mod shader;
+mod device;
+mod rows;
+mod simulation;
+
+pub use device::{Device, adapters};
+pub use error::GpuError;
+pub use shader::symbol::Spelling;
+pub use shader::{Manner, Roots};
+pub use simulation::{GpuSimulation, Outcome, Tally};

@@ -1,0 +1,103 @@
+// The classical method of Runge and Kutta: four dispatches for each substep. Of a particle `own`
+// keeps position and velocity at the start of the substep and the sums of their slopes.
+
+// The velocity of a stage, or of the end, of a particle that a plane holds.
+fn held_in_stage(x: vec3<f32>, v: vec3<f32>, v0: vec3<f32>, w: f32, reach: f32, is_last: bool)
+    -> vec3<f32> {
+    if !lies(substep.x) {
+        return v;
+    }
+    let kick = divided(subtract(v, v0), reach);
+    return held(plane_below(x, w), v, kick, reach, is_last);
+}
+
+fn next_stage(at: At, weight: f32, reach: f32, is_first: bool) {
+    let xw = state[2u * at.i];
+    let vm = state[2u * at.i + 1u];
+    let stiffness = own[4u * at.i].w;
+    var x0 = own[4u * at.i].xyz;
+    var v0 = own[4u * at.i + 1u].xyz;
+    var sum_x = own[4u * at.i + 2u].xyz;
+    var sum_v = own[4u * at.i + 3u].xyz;
+    if is_first {
+        x0 = xw.xyz;
+        v0 = vm.xyz;
+        sum_x = vec3<f32>(0f);
+        sum_v = vec3<f32>(0f);
+    }
+    let a = scaled(forces(at, xw.xyz, vm.xyz, vm.w), xw.w);
+    own[4u * at.i] = vec4<f32>(x0, stiffness);
+    own[4u * at.i + 1u] = vec4<f32>(v0, 0f);
+    own[4u * at.i + 2u] = vec4<f32>(after(sum_x, vm.xyz, weight), 0f);
+    own[4u * at.i + 3u] = vec4<f32>(after(sum_v, a, weight), 0f);
+    let x = after(x0, vm.xyz, reach);
+    let v = held_in_stage(x, after(v0, a, reach), v0, xw.w, reach, false);
+    next[2u * at.i] = vec4<f32>(x, xw.w);
+    next[2u * at.i + 1u] = vec4<f32>(v, vm.w);
+}
+
+@compute @workgroup_size(64)
+fn stage_1(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let at = place(group, lane);
+    if at.is_there {
+        next_stage(at, exact.one, params.half, true);
+    }
+}
+
+@compute @workgroup_size(64)
+fn stage_2(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let at = place(group, lane);
+    if at.is_there {
+        next_stage(at, 2f, params.half, false);
+    }
+}
+
+@compute @workgroup_size(64)
+fn stage_3(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let at = place(group, lane);
+    if at.is_there {
+        next_stage(at, 2f, params.h, false);
+    }
+}
+
+@compute @workgroup_size(64)
+fn stage_4(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let at = place(group, lane);
+    if !at.is_there {
+        return;
+    }
+    let xw = state[2u * at.i];
+    let vm = state[2u * at.i + 1u];
+    let kept = own[4u * at.i];
+    let v0 = own[4u * at.i + 1u].xyz;
+    let f = forces(at, xw.xyz, vm.xyz, vm.w);
+    let x = after(kept.xyz, add(own[4u * at.i + 2u].xyz, vm.xyz), params.sixth);
+    let slope = add(own[4u * at.i + 3u].xyz, scaled(f, xw.w));
+    let v = held_in_stage(x, after(v0, slope, params.sixth), v0, xw.w, params.h, true);
+    let motion = arrive(array<vec3<f32>, 2>(x, v), kept.xyz, f, xw.w, kept.w);
+    leave(at, motion, xw.w, vm.w);
+}
+
+// Finds whether a particle lies on a plane at the start of a substep, for all stages of it.
+@compute @workgroup_size(64)
+fn find_resting(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let at = place(group, lane);
+    if at.is_there && plane_below(state[2u * at.i].xyz, state[2u * at.i].w) != 0u {
+        note_lies(substep.x);
+    }
+}

@@ -1,0 +1,95 @@
+// Velocity Verlet. Of a particle `own` keeps the velocity between the kicks, its acceleration and
+// the one before.
+
+// The first half kick, the drift, and the prediction of the velocity for dampers.
+fn begin(
+    at: At,
+    motion: array<vec3<f32>, 2>,
+    now: vec3<f32>,
+    before: vec3<f32>,
+    w: f32,
+    mass: f32,
+) {
+    let below = plane_below(motion[0], w);
+    if below != 0u {
+        note_lies(substep.y);
+    }
+    let v = held(below, after(motion[1], now, params.half), now, params.half, true);
+    let predicted = after(v, add(now, before), params.quarter);
+    let u = held(below, predicted, now, params.half, false);
+    next[2u * at.i] = vec4<f32>(after(motion[0], v, params.h), w);
+    next[2u * at.i + 1u] = vec4<f32>(u, mass);
+    own[3u * at.i] = vec4<f32>(v, own[3u * at.i].w);
+    own[3u * at.i + 1u] = vec4<f32>(now, 0f);
+}
+
+// The second half kick and contact.
+fn end(at: At, x: vec3<f32>, f: vec3<f32>, now: vec3<f32>, w: f32) -> array<vec3<f32>, 2> {
+    let kept = own[3u * at.i];
+    let below = plane_below(x, w);
+    var v = after(kept.xyz, now, params.half);
+    if lies(substep.x) {
+        v = held(below, v, now, params.half, false);
+    }
+    let began = start(x, v, f, w, params.lag, params.h);
+    return arrive(array<vec3<f32>, 2>(x, v), began, f, w, kept.w);
+}
+
+// The first part of a substep by itself. Forces are evaluated anew at the start of a step and after
+// a bounce.
+@compute @workgroup_size(64)
+fn first_part(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let at = place(group, lane);
+    if !at.is_there {
+        return;
+    }
+    let xw = state[2u * at.i];
+    let vm = state[2u * at.i + 1u];
+    var now = own[3u * at.i + 1u].xyz;
+    var before = own[3u * at.i + 2u].xyz;
+    if substep.y == 0u || bounced(substep.y - 1u) {
+        now = scaled(forces(at, xw.xyz, vm.xyz, vm.w), xw.w);
+        before = now;
+    }
+    begin(at, array<vec3<f32>, 2>(xw.xyz, vm.xyz), now, before, xw.w, vm.w);
+}
+
+@compute @workgroup_size(64)
+fn last_part(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let at = place(group, lane);
+    if !at.is_there {
+        return;
+    }
+    let xw = state[2u * at.i];
+    let um = state[2u * at.i + 1u];
+    let f = forces(at, xw.xyz, um.xyz, um.w);
+    let now = scaled(f, xw.w);
+    let before = own[3u * at.i + 1u];
+    leave(at, end(at, xw.xyz, f, now, xw.w), xw.w, um.w);
+    own[3u * at.i + 1u] = vec4<f32>(now, 0f);
+    own[3u * at.i + 2u] = before;
+}
+
+// The last part of a substep and the first of the next, where nothing bounces.
+@compute @workgroup_size(64)
+fn both_parts(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let at = place(group, lane);
+    if !at.is_there {
+        return;
+    }
+    let xw = state[2u * at.i];
+    let um = state[2u * at.i + 1u];
+    let f = forces(at, xw.xyz, um.xyz, um.w);
+    let now = scaled(f, xw.w);
+    let before = own[3u * at.i + 1u].xyz;
+    begin(at, end(at, xw.xyz, f, now, xw.w), now, before, xw.w, um.w);
+}
