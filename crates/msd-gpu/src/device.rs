@@ -172,6 +172,22 @@ impl Device {
         Arc::new(names.map(pipeline).collect())
     }
 
+    /// The program `main` of a source with the layout that follows from it.
+    pub(crate) fn pipeline(&self, source: &str) -> ComputePipeline {
+        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("probe"),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+        self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some("probe"),
+            layout: None,
+            module: &module,
+            entry_point: Some("main"),
+            compilation_options: Default::default(),
+            cache: None,
+        })
+    }
+
     /// A storage buffer with this content.
     pub(crate) fn storage<T: Pod>(
         &self,

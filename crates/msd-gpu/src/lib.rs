@@ -9,11 +9,15 @@
 mod error;
 mod shader;
 mod device;
+mod probe;
 mod rows;
 mod simulation;
 
 pub use device::{Device, adapters};
 pub use error::GpuError;
+pub use probe::Verdict;
+#[cfg(not(target_arch = "wasm32"))]
+pub use probe::probe;
 pub use shader::symbol::Spelling;
 pub use shader::{Manner, Roots};
 pub use simulation::{GpuSimulation, Outcome, Tally};

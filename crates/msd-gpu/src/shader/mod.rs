@@ -3,7 +3,7 @@
 pub mod symbol;
 mod laws;
 
-pub use laws::LAWS;
+pub use laws::{LAWS, Written};
 
 use msd_core::Integrator;
 use symbol::Spelling;

@@ -29,9 +29,9 @@ pub struct Symbol(u32);
 pub struct Truth(u32);
 
 impl Truth {
-    /// An answer that is always true: what is and-ed with it stays as it is, and it is good for
-    /// nothing else.
-    pub const ALWAYS: Truth = Truth(u32::MAX);
+    /// The answer that a number is at most itself. Another one and it are the other one; it serves
+    /// no other purpose. A NaN is not at most itself, and ends a run on a device as well.
+    const ALWAYS: Truth = Truth(u32::MAX);
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -142,6 +142,9 @@ impl Number for Symbol {
         Truth(operate(Operation::IsLess, [self.0, other.0, 0]))
     }
     fn is_at_most(self, other: Symbol) -> Truth {
+        if self == other {
+            return Truth::ALWAYS;
+        }
         Truth(operate(Operation::IsAtMost, [self.0, other.0, 0]))
     }
     fn select(mask: Truth, yes: Symbol, no: Symbol) -> Symbol {
@@ -156,6 +159,23 @@ pub enum Parameter {
     Number(&'static str),
     /// A `vec3<f32>`.
     Vector(&'static str),
+}
+
+impl Parameter {
+    /// Its name.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Parameter::Number(name) | Parameter::Vector(name) => name,
+        }
+    }
+
+    /// The number of its numbers.
+    pub fn size(&self) -> usize {
+        match self {
+            Parameter::Number(_) => 1,
+            Parameter::Vector(_) => 3,
+        }
+    }
 }
 
 /// Writes a law as a function in WGSL. It is given a symbol for each number of its parameters in
@@ -197,11 +217,6 @@ pub fn function(
     };
     writeln!(text, "    return {value};\n}}").expect("a string takes any text");
     text
-}
-
-/// A vector of three numbers that are 1 where answers are true, 0 elsewhere.
-pub fn answers(answers: [Truth; 3], like: Symbol) -> [Symbol; 3] {
-    answers.map(|answer| Symbol::select(answer, like.one(), like.zero()))
 }
 
 /// Writes recorded operations.
