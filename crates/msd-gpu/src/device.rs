@@ -34,6 +34,13 @@ struct Shared {
     programs: Mutex<HashMap<(Kind, Manner, bool), Programs>>,
 }
 
+impl Shared {
+    /// Notes why the device is of no more use; the first reason counts.
+    fn lose(&self, reason: String) {
+        self.lost.lock().expect("no panic while it is held").get_or_insert(reason);
+    }
+}
+
 /// The programs of a method, by name.
 pub type Programs = Arc<HashMap<&'static str, ComputePipeline>>;
 
@@ -84,7 +91,15 @@ impl Device {
             adapter: info.name.clone(),
             reason: reason.to_string(),
         })?;
-        Ok(Self::of(device, queue, info))
+        let opened = Self::of(device, queue, info);
+        let shared = Arc::downgrade(&opened.shared);
+        let note = move |error: wgpu::Error| {
+            if let Some(shared) = shared.upgrade() {
+                shared.lose(error.to_string());
+            }
+        };
+        opened.device.on_uncaptured_error(Arc::new(note));
+        Ok(opened)
     }
 
     /// Computes on a device that is open, such as that of a window.
@@ -100,7 +115,7 @@ impl Device {
         let of_callback = Arc::downgrade(&shared);
         device.set_device_lost_callback(move |_, reason| {
             if let Some(shared) = of_callback.upgrade() {
-                *shared.lost.lock().expect("no panic while it is held") = Some(reason);
+                shared.lose(reason);
             }
         });
         let manner = Manner { spelling: Spelling::Exact, roots: Roots::Native };
@@ -125,6 +140,12 @@ impl Device {
     /// The same device with programs that compute in another manner.
     pub fn with_manner(self, manner: Manner) -> Self {
         Device { manner, ..self }
+    }
+
+    /// Gives the device up, as a driver does that is reset: it computes nothing any more.
+    pub fn lose(&self) {
+        self.device.destroy();
+        self.shared.lose("it was given up".to_owned());
     }
 
     /// The layouts of constants, of the state and of the numbers of a substep.
@@ -269,6 +290,8 @@ impl Device {
         self.check_lost()?;
         match refused {
             Some(reason) => {
+                // One of them may be what it refuses.
+                self.shared.programs.lock().expect("no panic while it is held").clear();
                 Err(GpuError::Refused { adapter: self.name(), reason: reason.to_string() })
             }
             None => done,

@@ -238,13 +238,21 @@ impl GpuSimulation {
         Ok(true)
     }
 
-    /// Takes a step by the processor.
+    /// Takes a step by the processor, and prepares the device anew where what is queued changes the
+    /// model.
     ///
     /// # Errors
-    /// See [`Simulation::step`].
+    /// See [`Simulation::step`] and [`GpuSimulation::new`].
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn step_on_processor(&mut self, simulation: &mut Simulation<f32>) -> Result<(), GpuError> {
+        let is_changed = simulation.queued().iter().any(changes_model);
         simulation.step()?;
         self.tally.processor += 1;
+        if is_changed {
+            let (tally, patience) = (self.tally, self.patience);
+            *self = pollster::block_on(Self::new(&self.device, simulation))?;
+            (self.tally, self.patience) = (tally, patience);
+        }
         Ok(())
     }
 
@@ -253,6 +261,7 @@ impl GpuSimulation {
     ///
     /// # Errors
     /// See [`GpuSimulation::advance`].
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn take(
         &mut self,
         simulation: &mut Simulation<f32>,
@@ -477,6 +486,14 @@ fn takes_queue(simulation: &Simulation<f32>) -> bool {
     let model = simulation.model();
     let grabs = model.grabs().len() + simulation.queued().len();
     simulation.queued().iter().all(is_hand) && model.pushes().is_empty() && grabs <= MOST_GRABS
+}
+
+/// Whether an interaction changes what a device was prepared with.
+fn changes_model(interaction: &Interaction) -> bool {
+    use Interaction::{AddPlane, RemovePlanes, SetPlane};
+    let effects = interaction.effects();
+    let is_of_planes = matches!(interaction, AddPlane { .. } | RemovePlanes | SetPlane { .. });
+    effects.springs || effects.masses || is_of_planes
 }
 
 fn params(simulation: &Simulation<f32>, kind: Kind) -> Params {

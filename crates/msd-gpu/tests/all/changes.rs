@@ -1,0 +1,143 @@
+//! Scenes and runs that change: grabs, pushes, pins that move, cuts, shuffled particles, planes.
+
+use super::{assert_same, compare, device, prepared};
+use msd_core::glam::DVec3;
+use msd_core::{
+    Body, Friction, Integrator, Interaction, Material, Pin, Plane, Scene, Select, Settings,
+    Simulation, shape,
+};
+
+const METHODS: [Integrator; 3] =
+    [Integrator::SymplecticEuler, Integrator::VelocityVerlet, Integrator::Rk4];
+
+const MATERIAL: Material = Material { mass: 0.01, stiffness: 400.0, damping: 0.05 };
+
+fn start(scene: &Scene, integrator: Integrator) -> Simulation<f32> {
+    let settings = Settings { integrator, substeps: 10, ..Settings::default() };
+    Simulation::new(scene, settings).expect("a scene that runs")
+}
+
+/// A block of soft springs that falls.
+fn block() -> Scene {
+    Scene::of("block", shape::block([6, 5, 4], 0.1, MATERIAL).expect("a block"))
+}
+
+fn floor(restitution: f64, friction: Friction) -> Plane {
+    Plane { normal: DVec3::new(0.1, 1.0, 0.05), offset: -0.3, restitution, friction }
+}
+
+#[test]
+fn a_fall_on_a_slope_with_friction_or_restitution_has_the_bits_of_the_processor() {
+    let Some(device) = device() else { return };
+    for friction in [Friction::Coulomb(0.0), Friction::Coulomb(0.4), Friction::TangentialLoss(0.3)]
+    {
+        for restitution in [0.0, 0.6, 1.0] {
+            let scene = Scene { planes: vec![floor(restitution, friction)], ..block() };
+            for integrator in METHODS {
+                let what = format!("{friction:?} {restitution} {integrator:?}");
+                let tally = compare(&what, &device, &start(&scene, integrator), 60);
+                assert_eq!(tally.processor, 0, "{what}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_particle_in_a_corner_of_planes_is_left_to_the_processor() {
+    let Some(device) = device() else { return };
+    let [floor, wall] = [(DVec3::Y, -0.3), (DVec3::X, -0.4)].map(|(normal, offset)| Plane {
+        normal,
+        offset,
+        ..floor(0.0, Friction::Coulomb(0.3))
+    });
+    let mut scene = Scene { planes: vec![floor, wall], ..block() };
+    scene.particles.iter_mut().for_each(|particle| particle.velocity = DVec3::new(-2.0, 0.0, 0.0));
+    for integrator in METHODS {
+        let tally = compare("a corner", &device, &start(&scene, integrator), 60);
+        assert!(0 < tally.processor && 0 < tally.device, "{tally:?}");
+    }
+}
+
+#[test]
+fn springs_in_any_order_and_with_numbers_of_their_own_have_the_bits_of_the_processor() {
+    let Some(device) = device() else { return };
+    let mut scene = block();
+    let count = scene.particles.len();
+    // 7 has no factor in common with the 120 particles.
+    let moved = |particle: usize| particle * 7 % count;
+    let mut particles = scene.particles.clone();
+    (0..count).for_each(|particle| particles[moved(particle)] = scene.particles[particle]);
+    scene.particles = particles;
+    for (number, spring) in scene.springs.iter_mut().enumerate() {
+        spring.ends = spring.ends.map(moved);
+        spring.stiffness *= 1.0 + 0.01 * (number % 17) as f64;
+    }
+    scene.bodies = vec![Body { surface: Default::default(), ..scene.bodies[0].clone() }];
+    scene.planes = vec![floor(0.0, Friction::Coulomb(0.4))];
+    for integrator in METHODS {
+        compare("shuffled", &device, &start(&scene, integrator), 30);
+    }
+}
+
+#[test]
+fn pins_that_move_drag_and_a_uniform_force_have_the_bits_of_the_processor() {
+    let Some(device) = device() else { return };
+    let mut scene = block();
+    scene.pins = vec![Pin { particle: 0, velocity: DVec3::new(0.3, 0.1, -0.2) }];
+    scene.world.drag = 0.02;
+    scene.world.force = DVec3::new(0.01, 0.0, 0.02);
+    for integrator in METHODS {
+        compare("pins", &device, &start(&scene, integrator), 30);
+    }
+}
+
+#[test]
+fn input_acts_at_the_same_steps_with_the_same_bits() {
+    let Some(device) = device() else { return };
+    let scene = Scene { planes: vec![floor(0.3, Friction::Coulomb(0.2))], ..block() };
+    let target = DVec3::new(0.4, 0.6, 0.1);
+    let grab = |target| Interaction::Grab {
+        particle: 7,
+        target,
+        frequency: 3.0,
+        damping_ratio: 1.0,
+        max_force: 0.5,
+    };
+    let acts = [
+        (3, grab(target)),
+        (6, grab(2.0 * target)),
+        (9, Interaction::Push { particle: 11, force: DVec3::new(0.0, 2.0, 0.0) }),
+        (12, Interaction::Cut { spring: 40 }),
+        (15, Interaction::SetStiffness { springs: Select::Body(0), value: 300.0 }),
+        (18, Interaction::Release { particle: 7 }),
+        (21, Interaction::Pin { particle: 3, velocity: DVec3::ZERO }),
+        (24, Interaction::SetGravity { value: DVec3::new(1.0, -5.0, 0.0) }),
+        (27, Interaction::AddPlane { plane: floor(0.0, Friction::Coulomb(0.9)) }),
+    ];
+    for integrator in METHODS {
+        let (mut here, mut there) = (start(&scene, integrator), start(&scene, integrator));
+        let mut gpu = prepared(&device, &there);
+        for (step, act) in acts {
+            let wait = step - here.steps();
+            (0..wait).for_each(|_| here.step().expect("a stable step"));
+            gpu.advance(&mut there, wait).expect("stable steps");
+            assert_same(&format!("before {act:?}"), &here, &there);
+            here.queue(act).expect("an interaction");
+            there.queue(act).expect("an interaction");
+        }
+        (0..10).for_each(|_| here.step().expect("a stable step"));
+        gpu.advance(&mut there, 10).expect("stable steps");
+        assert_same("at the end", &here, &there);
+    }
+}
+
+#[test]
+fn a_large_lattice_in_parts_has_the_bits_of_the_processor() {
+    let Some(device) = device() else { return };
+    let cloth = shape::cloth([120, 120], 0.05, MATERIAL).expect("a cloth");
+    let mut scene = Scene::of("cloth", cloth);
+    scene.pins = vec![Pin { particle: 0, velocity: DVec3::ZERO }];
+    for integrator in METHODS {
+        compare("cloth/120", &device, &start(&scene, integrator), 3);
+    }
+}

@@ -1,0 +1,59 @@
+//! Devices that fail, and runs that diverge: typed errors, and nothing is lost.
+
+use super::{assert_same, device, prepared};
+use msd_core::{Integrator, Settings, Simulation};
+use msd_gpu::{Device, GpuError};
+use msd_scene::open;
+
+fn cloth(substeps: u32) -> Simulation<f32> {
+    let loaded = open("cloth").expect("a built-in scene");
+    let settings =
+        Settings { integrator: Integrator::SymplecticEuler, substeps, ..loaded.settings };
+    Simulation::new(&loaded.scene, settings).expect("a scene that runs")
+}
+
+#[test]
+fn a_run_that_diverges_stops_at_the_last_good_state_with_the_error_of_the_processor() {
+    let Some(device) = device() else { return };
+    let (mut here, mut there) = (cloth(1), cloth(1));
+    let failure = (0..600).find_map(|_| here.step().err()).expect("too long a step");
+    let mut gpu = prepared(&device, &there);
+    let Err(GpuError::Step(error)) = gpu.advance(&mut there, 600) else {
+        panic!("a step that diverges");
+    };
+    assert_eq!(error, failure);
+    assert_same("the last good state", &here, &there);
+}
+
+#[test]
+fn after_a_device_is_lost_the_processor_goes_on_from_the_last_state() {
+    let Some(device) = device() else { return };
+    let (mut here, mut there) = (cloth(8), cloth(8));
+    let mut gpu = prepared(&device, &there);
+    gpu.advance(&mut there, 5).expect("stable steps");
+    gpu.device().lose();
+    let lost = gpu.advance(&mut there, 5).expect_err("a device that is gone");
+    assert!(matches!(lost, GpuError::Lost { .. }), "{lost}");
+    assert_eq!(there.steps(), 5);
+    for _ in 0..5 {
+        there.step().expect("a stable step");
+    }
+    (0..10).for_each(|_| here.step().expect("a stable step"));
+    assert_same("on the processor", &here, &there);
+}
+
+#[test]
+fn no_adapter_of_a_name_is_an_error_that_says_so() {
+    let error = pollster::block_on(Device::open("no such card")).expect_err("no such adapter");
+    assert!(error.to_string().contains("no graphics adapter named \"no such card\""), "{error}");
+}
+
+#[test]
+fn the_energy_that_steps_on_a_device_dissipate_is_not_a_number() {
+    let Some(device) = device() else { return };
+    let mut simulation = cloth(8);
+    let mut gpu = prepared(&device, &simulation);
+    gpu.advance(&mut simulation, 2).expect("stable steps");
+    assert!(simulation.ledger().dissipated().is_nan());
+    assert!(simulation.energy().kinetic.is_finite());
+}
