@@ -11,6 +11,8 @@ mod shader;
 mod device;
 mod probe;
 mod rows;
+#[cfg(not(target_arch = "wasm32"))]
+mod check;
 mod simulation;
 
 pub use device::{Device, adapters};

@@ -1,5 +1,7 @@
 //! A simulation that a device steps, and what it leaves to the processor.
 
+#[cfg(not(target_arch = "wasm32"))]
+use crate::check::{Checker, Difference};
 use crate::device::{Device, Programs, STRIDE};
 use crate::error::GpuError;
 use crate::rows::Rows;
@@ -7,7 +9,7 @@ use crate::shader::{Kind, MOST_PLANES, THREADS};
 use bytemuck::{Pod, Zeroable, cast_slice, pod_read_unaligned};
 use msd_core::glam::Vec3A;
 use msd_core::laws::PlaneLaw;
-use msd_core::{Interaction, Model, Settings, Simulation, State, Vector};
+use msd_core::{Grab, Interaction, Ledger, Model, Settings, Simulation, State, Vector};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, ComputePass};
 
@@ -16,6 +18,8 @@ const MOST_GRABS: usize = 64;
 /// Evaluations of springs in a batch of steps: a fraction of a second of a slow device, so that no
 /// driver resets it.
 const BATCH: u64 = 200_000_000;
+/// Steps of a batch at most: between two of them a step may be checked.
+const MOST_STEPS: u64 = 64;
 /// Steps that the processor takes after one that the device refused, at most.
 const MOST_PATIENCE: u64 = 64;
 
@@ -65,6 +69,12 @@ pub struct GpuSimulation {
     /// Steps that the processor takes after the next one that is refused, and those left of them.
     patience: (u64, u64),
     tally: Tally,
+    #[cfg(not(target_arch = "wasm32"))]
+    checker: Checker,
+    /// Whether the batch under way is a step that is to be checked.
+    is_checked: bool,
+    /// The grabs at the last batch.
+    grabs: Vec<Grab<f32>>,
 }
 
 #[derive(Debug)]
@@ -92,6 +102,8 @@ pub struct Tally {
     pub device: u64,
     /// Those that it left to the processor.
     pub processor: u64,
+    /// Those of the device that the processor has taken again, with the same bits.
+    pub checked: u64,
 }
 
 /// Steps that were computed.
@@ -166,6 +178,10 @@ impl GpuSimulation {
             pending: None,
             patience: (1, 0),
             tally: Tally::default(),
+            #[cfg(not(target_arch = "wasm32"))]
+            checker: Checker::new(),
+            is_checked: false,
+            grabs: model.grabs().to_vec(),
         })
     }
 
@@ -176,6 +192,9 @@ impl GpuSimulation {
 
     /// The steps so far by who took them.
     pub fn tally(&self) -> Tally {
+        #[cfg(not(target_arch = "wasm32"))]
+        return Tally { checked: self.checker.checked(), ..self.tally };
+        #[cfg(target_arch = "wasm32")]
         self.tally
     }
 
@@ -187,7 +206,7 @@ impl GpuSimulation {
 
     /// The steps of a batch.
     pub fn batch(&self) -> u64 {
-        (BATCH / self.evaluations).max(1)
+        (BATCH / self.evaluations).clamp(1, MOST_STEPS)
     }
 
     /// Advances by so many steps, and waits for them.
@@ -234,7 +253,11 @@ impl GpuSimulation {
         }
         simulation.apply_queued()?;
         self.load(simulation);
-        self.submit(most.min(self.batch()));
+        #[cfg(not(target_arch = "wasm32"))]
+        {
+            self.is_checked = self.checker.is_due(simulation.steps());
+        }
+        self.submit(if self.is_checked { 1 } else { most.min(self.batch()) });
         Ok(true)
     }
 
@@ -246,12 +269,16 @@ impl GpuSimulation {
     #[cfg(not(target_arch = "wasm32"))]
     pub fn step_on_processor(&mut self, simulation: &mut Simulation<f32>) -> Result<(), GpuError> {
         let is_changed = simulation.queued().iter().any(changes_model);
+        if !simulation.queued().is_empty() {
+            self.checker.renew();
+        }
         simulation.step()?;
         self.tally.processor += 1;
         if is_changed {
-            let (tally, patience) = (self.tally, self.patience);
-            *self = pollster::block_on(Self::new(&self.device, simulation))?;
-            (self.tally, self.patience) = (tally, patience);
+            let mut renewed = pollster::block_on(Self::new(&self.device, simulation))?;
+            std::mem::swap(&mut renewed.checker, &mut self.checker);
+            (renewed.tally, renewed.patience) = (self.tally, self.patience);
+            *self = renewed;
         }
         Ok(())
     }
@@ -267,9 +294,10 @@ impl GpuSimulation {
         simulation: &mut Simulation<f32>,
         outcome: &Outcome,
     ) -> Result<(), GpuError> {
+        self.check(simulation, outcome)?;
         if 0 < outcome.steps {
             simulation.set_state(&outcome.state, simulation.steps() + outcome.steps)?;
-            simulation.set_ledger(msd_core::Ledger::of(f64::NAN));
+            simulation.set_ledger(Ledger::of(f64::NAN));
             self.tally.device += outcome.steps;
         }
         if !outcome.refused {
@@ -282,8 +310,49 @@ impl GpuSimulation {
         self.step_on_processor(simulation)
     }
 
+    /// Begins the check of a step that was to be checked, and ends a run in which an earlier one
+    /// has found a difference: the simulation then stands before that step.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn check(
+        &mut self,
+        simulation: &mut Simulation<f32>,
+        outcome: &Outcome,
+    ) -> Result<(), GpuError> {
+        if std::mem::take(&mut self.is_checked) && outcome.steps == 1 {
+            self.checker.begin(simulation, &outcome.state);
+        }
+        let found = self.checker.result();
+        self.refuse_difference(simulation, found)
+    }
+
+    /// Waits for the check that is under way.
+    ///
+    /// # Errors
+    /// [`GpuError::Differs`]: the simulation then stands before the step that differs.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn finish_check(&mut self, simulation: &mut Simulation<f32>) -> Result<(), GpuError> {
+        let found = self.checker.wait();
+        self.refuse_difference(simulation, found)
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn refuse_difference(
+        &self,
+        simulation: &mut Simulation<f32>,
+        found: Option<Difference>,
+    ) -> Result<(), GpuError> {
+        let Some(Difference { before, steps, particle }) = found else { return Ok(()) };
+        simulation.set_state(&before, steps)?;
+        Err(GpuError::Differs { adapter: self.device.name(), step: steps + 1, particle })
+    }
+
     /// Uploads state and grabs.
     fn load(&mut self, simulation: &Simulation<f32>) {
+        if self.grabs != simulation.model().grabs() {
+            self.grabs = simulation.model().grabs().to_vec();
+            #[cfg(not(target_arch = "wasm32"))]
+            self.checker.renew();
+        }
         let (model, state) = (simulation.model(), simulation.state());
         let rows = state.positions.iter().zip(&state.velocities);
         let masses = model.inverse_masses().iter().zip(model.masses());
@@ -293,7 +362,7 @@ impl GpuSimulation {
             .collect();
         let queue = &self.device.queue;
         queue.write_buffer(&self.buffers.states[self.current], 0, cast_slice(&numbers));
-        let of_grab = |grab: &msd_core::Grab<f32>| {
+        let of_grab = |grab: &Grab<f32>| {
             let [x, y, z] = grab.target.components();
             let law = [grab.stiffness, grab.damping, grab.max_force, 0.0];
             let [x, y, z] = [x, y, z].map(f32::to_bits);

@@ -2,7 +2,7 @@
 
 use super::{assert_same, device, prepared};
 use msd_core::{Integrator, Settings, Simulation};
-use msd_gpu::{Device, GpuError};
+use msd_gpu::{Device, GpuError, Manner, Roots};
 use msd_scene::open;
 
 fn cloth(substeps: u32) -> Simulation<f32> {
@@ -56,4 +56,30 @@ fn the_energy_that_steps_on_a_device_dissipate_is_not_a_number() {
     gpu.advance(&mut simulation, 2).expect("stable steps");
     assert!(simulation.ledger().dissipated().is_nan());
     assert!(simulation.energy().kinetic.is_finite());
+}
+
+#[test]
+fn the_processor_checks_steps_while_a_run_goes_on() {
+    let Some(device) = device() else { return };
+    let mut simulation = cloth(8);
+    let mut gpu = prepared(&device, &simulation);
+    gpu.advance(&mut simulation, 1200).expect("stable steps");
+    gpu.finish_check(&mut simulation).expect("the bits of the processor");
+    let tally = gpu.tally();
+    assert_eq!(tally.device, 1200);
+    assert!(1 < tally.checked && tally.checked <= 1200 / 16 + 1, "{tally:?}");
+}
+
+#[test]
+fn a_device_with_other_bits_is_found_while_it_runs() {
+    let Some(device) = device() else { return };
+    // Roots by steps that are right where `fma` is fused, which no device in software does.
+    let manner = Manner { roots: Roots::Fused, ..device.manner() };
+    let mut simulation = cloth(8);
+    let mut gpu = prepared(&device.with_manner(manner), &simulation);
+    let advanced = gpu.advance(&mut simulation, 100);
+    let found = advanced.and_then(|()| gpu.finish_check(&mut simulation));
+    let Err(GpuError::Differs { step, .. }) = found else { panic!("{found:?}") };
+    // The first step is checked; the run stands before it.
+    assert_eq!((step, simulation.steps()), (1, 0));
 }
