@@ -2,7 +2,7 @@
 
 use crate::error::GpuError;
 use crate::shader::symbol::Spelling;
-use crate::shader::{Kind, MOST_PLANES, Manner, Roots, programs};
+use crate::shader::{Choice, Manner, Roots, programs};
 use bytemuck::{Pod, cast_slice};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
@@ -31,7 +31,7 @@ struct Shared {
     layouts: [BindGroupLayout; 3],
     exact: Buffer,
     /// The programs of methods that were asked for.
-    programs: Mutex<HashMap<(Kind, Manner, bool), Programs>>,
+    programs: Mutex<HashMap<(Choice, Manner), Programs>>,
 }
 
 impl Shared {
@@ -159,13 +159,14 @@ impl Device {
     }
 
     /// The programs of a method, compiled the first time.
-    pub(crate) fn programs(&self, kind: Kind, bounces: bool) -> Programs {
+    pub(crate) fn programs(&self, choice: Choice) -> Programs {
         let mut known = self.shared.programs.lock().expect("no panic while it is held");
         let make = || {
-            let names = ["begin_step", "clear_flags"].into_iter().chain(kind.programs().to_vec());
-            self.compile(&programs(kind, self.manner, bounces), names)
+            let names =
+                ["begin_step", "clear_flags"].into_iter().chain(choice.kind.programs().to_vec());
+            self.compile(&programs(choice, self.manner), names)
         };
-        known.entry((kind, self.manner, bounces)).or_insert_with(make).clone()
+        known.entry((choice, self.manner)).or_insert_with(make).clone()
     }
 
     fn compile(&self, source: &str, names: impl Iterator<Item = &'static str>) -> Programs {
@@ -336,9 +337,8 @@ fn layouts(device: &wgpu::Device) -> [BindGroupLayout; 3] {
             entries: &entries,
         })
     };
-    const { assert!(MOST_PLANES * 32 <= 16384, "a uniform buffer holds the planes") };
     [
-        layout(&[Uniform, Uniform, Uniform, read, read, read], false),
+        layout(&[Uniform, read, read, read], false),
         layout(&[read, write, write, write, write], false),
         layout(&[Uniform], true),
     ]

@@ -13,13 +13,17 @@ mod probe;
 mod rows;
 #[cfg(not(target_arch = "wasm32"))]
 mod check;
+mod instances;
 mod simulation;
+mod ensemble;
 
 pub use device::{Device, adapters};
+pub use ensemble::Ensemble;
 pub use error::GpuError;
+pub use instances::Outcome;
 pub use probe::Verdict;
 #[cfg(not(target_arch = "wasm32"))]
 pub use probe::probe;
 pub use shader::symbol::Spelling;
 pub use shader::{Manner, Roots};
-pub use simulation::{GpuSimulation, Outcome, Tally};
+pub use simulation::{GpuSimulation, Tally};

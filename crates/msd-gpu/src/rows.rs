@@ -19,10 +19,22 @@ const DIRECT: u32 = 1 << 31;
 
 /// The springs of a model as a device reads them; see `step.wgsl`.
 pub struct Rows {
-    /// Slices, groups, rows, and the numbers of rows that name their springs.
-    pub topology: Vec<u32>,
+    /// How springs join particles.
+    pub structure: Structure,
     /// Rest length, stiffness and damping of each different spring.
-    pub springs: Vec<[f32; 4]>,
+    pub laws: Vec<[f32; 4]>,
+}
+
+/// Rows, which name particles by how much further on they are, and laws by number.
+#[derive(Default, PartialEq)]
+pub struct Structure {
+    /// The first and last group of each slice.
+    pub slices: Vec<[u32; 2]>,
+    /// The first and last row of each group.
+    groups: Vec<[u32; 2]>,
+    rows: Vec<[u32; 4]>,
+    /// Ways and laws of rows that name their springs.
+    named: Vec<u32>,
 }
 
 /// A spring as one of its ends sees it.
@@ -106,55 +118,45 @@ impl Lists {
     }
 }
 
-/// Rows before they are put one after the other.
-#[derive(Default)]
-struct Builder {
-    /// The first and last group of each slice.
-    slices: Vec<[u32; 2]>,
-    /// The first and last row of each group.
-    groups: Vec<[u32; 2]>,
-    rows: Vec<[u32; 4]>,
-    named: Vec<u32>,
-}
-
 impl Rows {
     /// The springs of a model that are not cut.
     pub fn new(model: &Model<f32>) -> Self {
         let mut laws = Laws::default();
         let lists = Lists::new(model, &mut laws);
-        let mut builder = Builder::default();
+        let mut structure = Structure::default();
         let particles: Vec<usize> = (0..model.particle_count()).collect();
         for slice in particles.chunks(THREADS) {
-            let first = builder.groups.len() as u32;
+            let first = structure.groups.len() as u32;
             let lists: Vec<&[Entry]> = slice.iter().map(|&particle| lists.of(particle)).collect();
-            builder.add_slice(slice[0], &lists);
-            builder.slices.push([first, builder.groups.len() as u32]);
+            structure.add_slice(slice[0], &lists);
+            structure.slices.push([first, structure.groups.len() as u32]);
         }
         laws.laws.push([0.0; 4]);
-        Rows { topology: builder.finish(), springs: laws.laws }
+        Rows { structure, laws: laws.laws }
     }
 }
 
-impl Builder {
-    /// Slices first, then groups, rows and named springs, each with the places of the next.
-    fn finish(mut self) -> Vec<u32> {
-        let first_group = self.slices.len() as u32;
-        let first_row = 2 * (first_group + self.groups.len() as u32);
+impl Structure {
+    /// The numbers of [`Structure::placed`].
+    pub fn len(&self) -> u32 {
+        (2 * self.groups.len() + 4 * self.rows.len() + self.named.len()) as u32
+    }
+
+    /// Groups, rows and named springs one after the other, from a place on: each with the places
+    /// of those that it leads to. Group number n is two numbers from twice n on.
+    pub fn placed(&self, place: u32) -> Vec<u32> {
+        let first_row = place + 2 * self.groups.len() as u32;
         let first_named = first_row + 4 * self.rows.len() as u32;
-        self.slices.iter_mut().flatten().for_each(|group| *group += first_group);
-        for row in self.rows.iter_mut().filter(|row| row[1] & NAMED != 0) {
-            row[0] += first_named;
-        }
-        let place = |row: u32| first_row + 4 * row;
-        for [first, last] in &mut self.groups {
-            let flag = *first & DIRECT;
-            *first = place(*first & !DIRECT) | flag;
-            *last = place(*last);
-        }
-        let pairs = self.slices.iter().chain(&self.groups).flatten();
-        let mut all: Vec<u32> = pairs.chain(self.rows.iter().flatten()).copied().collect();
-        all.append(&mut self.named);
-        all
+        let row = |row: u32| first_row + 4 * row;
+        let groups = self.groups.iter().flat_map(|&[first, last]| {
+            let flag = first & DIRECT;
+            [row(first & !DIRECT) | flag, row(last)]
+        });
+        let rows = self.rows.iter().flat_map(|&[at, law, low, high]| {
+            let start = if law & NAMED == 0 { 0 } else { first_named };
+            [at.wrapping_add(start), law, low, high]
+        });
+        groups.chain(rows).chain(self.named.iter().copied()).collect()
     }
 
     fn add_slice(&mut self, base: usize, lists: &[&[Entry]]) {
@@ -219,8 +221,8 @@ impl Builder {
         }
         let at = self.named.len() as u32;
         let of = |lane: usize| springs.get(lane).copied().flatten();
-        let other = |lane| of(lane).map_or((base + lane) as u32, |entry| entry.other);
-        self.named.extend((0..THREADS).map(other));
+        let way = |lane| of(lane).map_or(0, |entry| entry.other.wrapping_sub((base + lane) as u32));
+        self.named.extend((0..THREADS).map(way));
         self.named.extend((0..THREADS).map(|lane| of(lane).map_or(0, |entry| entry.law)));
         self.rows.push([at, NAMED, mask as u32, (mask >> 32) as u32]);
     }

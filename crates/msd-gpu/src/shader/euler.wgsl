@@ -12,8 +12,8 @@ fn advance(
     let xw = state[2u * at.i];
     let vm = state[2u * at.i + 1u];
     let f = forces(at, xw.xyz, vm.xyz, vm.w);
-    let v = after(vm.xyz, f, times(xw.w, params.h).x);
-    let x = after(xw.xyz, VELOCITY, params.h);
-    let began = start(x, v, f, xw.w, params.lag, params.h);
+    let v = after(vm.xyz, f, times(xw.w, params[ME].h).x);
+    let x = after(xw.xyz, VELOCITY, params[ME].h);
+    let began = start(x, v, f, xw.w, params[ME].lag, params[ME].h);
     leave(at, arrive(array<vec3<f32>, 2>(x, v), began, f, xw.w, own[at.i].w), xw.w, vm.w);
 }

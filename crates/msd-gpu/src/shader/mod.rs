@@ -122,8 +122,20 @@ impl Kind {
     }
 }
 
-/// The programs of a method; planes give speed back where it `bounces`.
-pub fn programs(kind: Kind, manner: Manner, bounces: bool) -> String {
+/// A choice of programs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Choice {
+    /// The method.
+    pub kind: Kind,
+    /// Whether planes give speed back.
+    pub bounces: bool,
+    /// Whether there are several instances.
+    pub are_several: bool,
+}
+
+/// The programs of a method.
+pub fn programs(choice: Choice, manner: Manner) -> String {
+    let Choice { kind, bounces, are_several } = choice;
     let (inside, meet) = match (kind.holds(), bounces) {
         (false, false) => ("z", "meet"),
         (false, true) => ("z", "meet_bouncing"),
@@ -140,5 +152,8 @@ pub fn programs(kind: Kind, manner: Manner, bounces: bool) -> String {
         Kind::Verlet => include_str!("verlet.wgsl").to_owned(),
         Kind::Rk4 => include_str!("rk4.wgsl").to_owned(),
     };
-    [laws(manner), step, method].concat()
+    // A constant, so that a compiler loads parameters once for all threads.
+    let me = if are_several { "me" } else { "0u" };
+    [laws(manner), step.replace("ME]", &format!("{me}]")), method.replace("ME]", &format!("{me}]"))]
+        .concat()
 }

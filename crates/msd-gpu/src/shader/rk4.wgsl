@@ -43,7 +43,7 @@ fn stage_1(
 ) {
     let at = place(group, lane);
     if at.is_there {
-        next_stage(at, exact.one, params.half, true);
+        next_stage(at, exact.one, params[ME].half, true);
     }
 }
 
@@ -54,7 +54,7 @@ fn stage_2(
 ) {
     let at = place(group, lane);
     if at.is_there {
-        next_stage(at, 2f, params.half, false);
+        next_stage(at, 2f, params[ME].half, false);
     }
 }
 
@@ -65,7 +65,7 @@ fn stage_3(
 ) {
     let at = place(group, lane);
     if at.is_there {
-        next_stage(at, 2f, params.h, false);
+        next_stage(at, 2f, params[ME].h, false);
     }
 }
 
@@ -83,9 +83,9 @@ fn stage_4(
     let kept = own[4u * at.i];
     let v0 = own[4u * at.i + 1u].xyz;
     let f = forces(at, xw.xyz, vm.xyz, vm.w);
-    let x = after(kept.xyz, add(own[4u * at.i + 2u].xyz, vm.xyz), params.sixth);
+    let x = after(kept.xyz, add(own[4u * at.i + 2u].xyz, vm.xyz), params[ME].sixth);
     let slope = add(own[4u * at.i + 3u].xyz, scaled(f, xw.w));
-    let v = held_in_stage(x, after(v0, slope, params.sixth), v0, xw.w, params.h, true);
+    let v = held_in_stage(x, after(v0, slope, params[ME].sixth), v0, xw.w, params[ME].h, true);
     let motion = arrive(array<vec3<f32>, 2>(x, v), kept.xyz, f, xw.w, kept.w);
     leave(at, motion, xw.w, vm.w);
 }

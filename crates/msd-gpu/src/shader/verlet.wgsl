@@ -14,10 +14,10 @@ fn begin(
     if below != 0u {
         note_lies(substep.y);
     }
-    let v = held(below, after(motion[1], now, params.half), now, params.half, true);
-    let predicted = after(v, add(now, before), params.quarter);
-    let u = held(below, predicted, now, params.half, false);
-    next[2u * at.i] = vec4<f32>(after(motion[0], v, params.h), w);
+    let v = held(below, after(motion[1], now, params[ME].half), now, params[ME].half, true);
+    let predicted = after(v, add(now, before), params[ME].quarter);
+    let u = held(below, predicted, now, params[ME].half, false);
+    next[2u * at.i] = vec4<f32>(after(motion[0], v, params[ME].h), w);
     next[2u * at.i + 1u] = vec4<f32>(u, mass);
     own[3u * at.i] = vec4<f32>(v, own[3u * at.i].w);
     own[3u * at.i + 1u] = vec4<f32>(now, 0f);
@@ -27,11 +27,11 @@ fn begin(
 fn end(at: At, x: vec3<f32>, f: vec3<f32>, now: vec3<f32>, w: f32) -> array<vec3<f32>, 2> {
     let kept = own[3u * at.i];
     let below = plane_below(x, w);
-    var v = after(kept.xyz, now, params.half);
+    var v = after(kept.xyz, now, params[ME].half);
     if lies(substep.x) {
-        v = held(below, v, now, params.half, false);
+        v = held(below, v, now, params[ME].half, false);
     }
-    let began = start(x, v, f, w, params.lag, params.h);
+    let began = start(x, v, f, w, params[ME].lag, params[ME].h);
     return arrive(array<vec3<f32>, 2>(x, v), began, f, w, kept.w);
 }
 

@@ -3,6 +3,7 @@
 //! Without a graphics adapter each test prints that it skips, unless `MSD_REQUIRE_ADAPTER` is set.
 
 mod changes;
+mod ensemble;
 mod failures;
 mod same_bits;
 
