@@ -2,11 +2,14 @@
 //!
 //! This package is a thin facade: [`core`] simulates, [`scene`] reads scene files, meshes and saved
 //! runs, [`run`] steps what was read and records it, [`study`] measures what accuracy costs,
-//! [`report`] shows that on a page. With the feature `render`, `msd::render` draws. The window and
-//! the command line are the package `msd-app`.
+//! [`report`] shows that on a page. With the feature `render`, `msd::render` draws, and with the
+//! feature `gpu`, `msd::gpu` steps on a graphics card. The window and the command line are the
+//! package `msd-app`.
 #![forbid(unsafe_code)]
 
 pub use msd_core as core;
+#[cfg(feature = "gpu")]
+pub use msd_gpu as gpu;
 #[cfg(feature = "render")]
 pub use msd_render as render;
 pub use msd_report as report;

@@ -251,6 +251,21 @@ impl Instances {
         self.read_back(encoder, &state, (steps, None));
     }
 
+    /// Submits steps alone.
+    pub fn submit_alone(&mut self, steps: u64) {
+        let mut encoder = self.device.device.create_command_encoder(&Default::default());
+        self.encode(&mut encoder, steps);
+        self.device.queue.submit([encoder.finish()]);
+    }
+
+    /// Waits until nothing is under way.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn idle(&self) -> Result<(), GpuError> {
+        // A failure to wait is a device that is lost.
+        drop(self.device.device.poll(wgpu::PollType::wait_indefinitely()));
+        self.device.check_lost()
+    }
+
     /// Submits commands and the read-back of the flags and of a state.
     fn read_back(
         &mut self,

@@ -236,6 +236,23 @@ impl GpuSimulation {
         self.instances.load(0, simulation);
     }
 
+    /// Computes so many steps from the current state of a simulation, and waits for them, but reads
+    /// nothing back: for measurements.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn compute(&mut self, simulation: &Simulation<f32>, steps: u64) -> Result<(), GpuError> {
+        self.load(simulation);
+        let mut left = steps;
+        while 0 < left {
+            let batch = left.min(self.batch);
+            self.instances.submit_alone(batch);
+            left -= batch;
+        }
+        self.instances.idle()
+    }
+
     /// Waits for the batch that was begun.
     ///
     /// # Errors
