@@ -45,6 +45,8 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
         for (name, colour, value) in curves(session) {
             // A no-break space keeps a name and its number together.
             let value = session.energy().map(|energy| short(value(&energy) / scale));
+            // A graphics device does not measure what it dissipates.
+            let value = value.map(|text| text.replace("NaN", "not measured"));
             let text = format!("{name}\u{a0}{}", value.as_deref().unwrap_or(theme::VOID));
             let label = ui.label(RichText::new(text).small().color(colour));
             if name == "supplied" {
@@ -84,7 +86,8 @@ fn plot(ui: &mut Ui, session: &Session, (unit, scale): (&'static str, f64)) {
         .show(ui, |plot| {
             for (name, colour, value) in curves(session) {
                 let point = |sample: &Sample| [sample.time, value(&sample.energy) / scale];
-                let points: PlotPoints<'_> = trace.samples().map(point).collect();
+                let is_known = |point: &[f64; 2]| !point[1].is_nan();
+                let points: PlotPoints<'_> = trace.samples().map(point).filter(is_known).collect();
                 plot.line(Line::new(name, points).color(colour).width(1.5));
             }
             plot.set_plot_bounds_x((now - WINDOW).max(0.0)..=now.max(WINDOW));
@@ -98,9 +101,11 @@ type Part = (&'static str, Color32, f64);
 /// plot, and the energy errors.
 fn parts(session: &Session) -> Option<Vec<Part>> {
     let held = session.trace().held(session.energy()?);
+    let held = Energy { dissipated: known(held.dissipated), ..held };
     let [kinetic, elastic, gravity, dissipated, ..] =
         CURVES.map(|(name, colour, value)| (name, colour, value(&held)));
-    let method = ("error of the method", theme::BAD, session.energy_imbalance()?.max(0.0));
+    let imbalance = session.energy_imbalance().unwrap_or(0.0);
+    let method = ("error of the method", theme::BAD, imbalance.max(0.0));
     let contact = ("error of contact", CONTACT, session.energy_of_contact()?);
     Some(vec![kinetic, elastic, gravity, dissipated, contact, method])
 }
@@ -162,7 +167,12 @@ fn short(value: f64) -> String {
 }
 
 fn magnitude(sample: &Sample) -> f64 {
-    CURVES.iter().map(|(_, _, value)| value(&sample.energy).abs()).fold(0.0, f64::max)
+    CURVES.iter().map(|(_, _, value)| known(value(&sample.energy)).abs()).fold(0.0, f64::max)
+}
+
+/// An energy, joules; 0 where it is not measured.
+fn known(joules: f64) -> f64 {
+    if joules.is_nan() { 0.0 } else { joules }
 }
 
 /// Returns the unit in which a value has at most four integer digits, and its size in joules.

@@ -40,7 +40,9 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         newton(ui, session);
     }
     precision(ui, session);
-    stability_light(ui, session);
+    #[cfg(not(target_arch = "wasm32"))]
+    device(ui, viewer);
+    stability_light(ui, &viewer.session);
 }
 
 fn integrator(ui: &mut Ui, session: &mut Session) {
@@ -127,6 +129,36 @@ fn precision(ui: &mut Ui, session: &mut Session) {
             }
         }
     });
+}
+
+/// Shows the switch to the graphics device, and how many of its steps were checked.
+#[cfg(not(target_arch = "wasm32"))]
+fn device(ui: &mut Ui, viewer: &mut Viewer) {
+    const HOVER: &str = "Steps on the graphics card, to the bits of the processor. A thread takes \
+                         a step again now and then, on the processor, and compares";
+    let is_opening = viewer.is_gpu_opening();
+    let device = viewer.session.device();
+    let mut is_on = is_opening || device.is_some();
+    let (text, hover) = match device {
+        _ if is_opening => ("GPU, being probed …".to_owned(), HOVER.to_owned()),
+        None => ("GPU".to_owned(), HOVER.to_owned()),
+        Some(device) => {
+            let tally = device.tally();
+            let [checked, steps] = [tally.checked, tally.device].map(|n| rounded(n as f64, 7));
+            let left = match tally.processor {
+                0 => String::new(),
+                steps => format!(". The processor took {steps} steps"),
+            };
+            let text = format!("GPU, same bits ({checked} of {steps} steps checked)");
+            (text, format!("{}: {HOVER}{left}", device.name()))
+        }
+    };
+    let widget = egui::Checkbox::new(&mut is_on, text);
+    let response = ui.add_enabled(!is_opening, widget).on_hover_text(hover);
+    viewer.layout.landmarks.insert("gpu", response.rect);
+    if response.changed() {
+        viewer.use_gpu(is_on);
+    }
 }
 
 fn stability_light(ui: &mut Ui, session: &Session) {

@@ -123,8 +123,11 @@ fn main_numbers(ui: &mut Ui, session: &Session) {
             };
             item(text, super::twin::GHOST);
         }
-        let joules = |joules: Option<f64>| {
-            joules.map_or(theme::VOID.to_owned(), |joules| estimate(joules, "J"))
+        // A graphics device does not measure what it dissipates.
+        let joules = |joules: Option<f64>| match joules {
+            Some(joules) if joules.is_nan() => "not measured".to_owned(),
+            Some(joules) => estimate(joules, "J"),
+            None => theme::VOID.to_owned(),
         };
         let total = session.energy().map(|energy: Energy| energy.total());
         item(format!("energy {}", joules(total)), theme::TEXT);

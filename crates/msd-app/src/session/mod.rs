@@ -4,6 +4,8 @@
 //! [`Run`] and the parts above them; read them in the order below. Each displayed value is a
 //! [`Reading`] of the run, or carries its [`Revision`]: no value outlives a change of its source.
 
+#[cfg(not(target_arch = "wasm32"))]
+mod device;
 mod run;
 mod clock;
 mod throttle;
@@ -24,6 +26,8 @@ mod twin;
 mod watching;
 
 pub use clock::{BUDGET, Frame, Pace};
+#[cfg(not(target_arch = "wasm32"))]
+pub use device::DeviceRun;
 pub use failure::RunFailure;
 pub use hands::MOST_HELD;
 pub use live_error::{ErrorNow, ErrorReading, WINDOW as ERROR_WINDOW};
@@ -195,6 +199,7 @@ impl Session {
         let mut open = self.clock.begin(real, self.runner().settings().step, stopwatch);
         let mut steps = 0;
         while self.prepare(stopwatch)
+            && self.is_ready()
             && self.clock.takes_step(&mut open, stopwatch)
             && self.take_step()
         {
@@ -219,6 +224,7 @@ impl Session {
         }
         let (settings, revision) = (self.runner().settings(), self.run.revision());
         let stepped = self.run.step();
+        self.note_end_of_device();
         self.energy.carry_over(revision, &self.run);
         self.note_renewal(settings);
         if let Err(error) = stepped {

@@ -1,7 +1,11 @@
 //! The run behind a single interface, and readings that each change of it voids.
 
+#[cfg(not(target_arch = "wasm32"))]
+use super::device::{DeviceRun, failure_of};
 use msd_core::stability::Estimator;
 use msd_core::{Error, Interaction};
+#[cfg(not(target_arch = "wasm32"))]
+use msd_gpu::{Device, GpuError};
 use msd_run::Runner;
 use msd_scene::Loaded;
 use msd_scene::schema::Solver;
@@ -24,12 +28,21 @@ pub struct Run {
     revision: Revision,
     /// Whether gusts have done work since the last change.
     is_driven: bool,
+    /// The device that takes its steps, and why it ended.
+    #[cfg(not(target_arch = "wasm32"))]
+    device: (Option<Box<DeviceRun>>, Option<String>),
 }
 
 impl Run {
     /// A run at its first revision.
     pub(super) fn new(runner: Runner) -> Self {
-        Run { runner, revision: Revision::default(), is_driven: false }
+        Run {
+            runner,
+            revision: Revision::default(),
+            is_driven: false,
+            #[cfg(not(target_arch = "wasm32"))]
+            device: (None, None),
+        }
     }
 
     /// The runner.
@@ -46,6 +59,10 @@ impl Run {
     pub(super) fn change<T>(&mut self, change: impl FnOnce(&mut Runner) -> T) -> T {
         self.revision.0 += 1;
         self.is_driven = false;
+        #[cfg(not(target_arch = "wasm32"))]
+        if let Some(device) = &mut self.device.0 {
+            device.renew();
+        }
         change(&mut self.runner)
     }
 
@@ -54,11 +71,72 @@ impl Run {
     pub(super) fn step(&mut self) -> Result<(), Error> {
         let before = self.runner.settings();
         self.runner.bound_work();
-        let stepped = self.runner.step();
+        let stepped = self.step_anywhere();
         if self.runner.settings() != before {
             self.revision.0 += 1;
         }
         stepped
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    fn step_anywhere(&mut self) -> Result<(), Error> {
+        self.runner.step()
+    }
+
+    /// Takes a step by the device, if there is one, or by the processor.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn step_anywhere(&mut self) -> Result<(), Error> {
+        let Some(device) = &mut self.device.0 else { return self.runner.step() };
+        match device.step(&mut self.runner) {
+            Ok(()) => Ok(()),
+            Err(error) => {
+                self.end_device(error)?;
+                self.runner.step()
+            }
+        }
+    }
+
+    /// Returns whether the next step can be taken now: a device may still be computing it.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn is_ready(&mut self) -> bool {
+        let Some(device) = &mut self.device.0 else { return true };
+        // A step that fails on the processor fails there again.
+        device.is_ready(&mut self.runner).unwrap_or_else(|error| self.end_device(error).is_err())
+    }
+
+    /// Gives the device up, unless a step has failed as it does on the processor.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn end_device(&mut self, error: GpuError) -> Result<(), Error> {
+        match failure_of(error) {
+            Ok(error) => Err(error),
+            Err(reason) => {
+                self.device = (None, Some(reason));
+                Ok(())
+            }
+        }
+    }
+
+    /// The device that takes its steps.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn device(&self) -> Option<&DeviceRun> {
+        self.device.0.as_deref()
+    }
+
+    /// Takes the reason why the device ended.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn take_end_of_device(&mut self) -> Option<String> {
+        self.device.1.take()
+    }
+
+    /// Lets a device take the steps to come, or the processor.
+    ///
+    /// # Errors
+    /// See [`DeviceRun::new`]; nothing changes then.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn set_device(&mut self, device: Option<Device>) -> Result<(), GpuError> {
+        let device = device.map(|device| DeviceRun::new(device, &self.runner)).transpose()?;
+        self.device = (device.map(Box::new), None);
+        Ok(())
     }
 
     /// Works for a part of a frame on the choice of automatic substeps before the next step;
@@ -93,6 +171,10 @@ impl Run {
     /// Moves the target of an existing grab or pin, or updates a gust.
     pub(super) fn move_held(&mut self, motion: Interaction) -> Result<(), Error> {
         self.is_driven |= matches!(motion, Interaction::SetForce { .. });
+        #[cfg(not(target_arch = "wasm32"))]
+        if let Some(device) = &mut self.device.0 {
+            device.void();
+        }
         act(&mut self.runner, motion)
     }
 }

@@ -62,4 +62,38 @@ impl Session {
             true
         })
     }
+
+    /// Returns whether the next step can be taken now: a device may still be computing it. Says why
+    /// a device takes no more of them.
+    pub(super) fn is_ready(&mut self) -> bool {
+        #[cfg(not(target_arch = "wasm32"))]
+        {
+            let is_ready = self.run.is_ready();
+            self.note_end_of_device();
+            is_ready
+        }
+        #[cfg(target_arch = "wasm32")]
+        true
+    }
+
+    /// Says why a device takes no more steps.
+    pub(super) fn note_end_of_device(&mut self) {
+        #[cfg(not(target_arch = "wasm32"))]
+        if let Some(reason) = self.run.take_end_of_device() {
+            self.refusal = Some(reason);
+        }
+    }
+
+    /// Lets a graphics device take the steps to come, or the processor. Says why it cannot.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn set_device(&mut self, device: Option<msd_gpu::Device>) {
+        let refused = self.run.set_device(device).err();
+        self.refusal = refused.map(|error| error.to_string());
+    }
+
+    /// Returns the graphics device that takes the steps.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn device(&self) -> Option<&super::DeviceRun> {
+        self.run.device()
+    }
 }

@@ -58,9 +58,11 @@ impl Session {
     }
 
     /// Returns the change of the total energy since the run was last changed or grabbed, joules;
-    /// `None` until a reading.
+    /// `None` until a reading, and after steps of a graphics device, which does not measure what it
+    /// dissipates.
     pub fn energy_imbalance(&self) -> Option<f64> {
-        self.energy().map(|_| self.watch.read().witness.imbalance())
+        let is_measured = !self.energy()?.dissipated.is_nan();
+        is_measured.then(|| self.watch.read().witness.imbalance())
     }
 
     /// Returns whether any bodies collide with each other or themselves.

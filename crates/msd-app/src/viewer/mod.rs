@@ -14,6 +14,8 @@ mod files;
 mod look;
 #[cfg(not(target_arch = "wasm32"))]
 mod filming;
+#[cfg(not(target_arch = "wasm32"))]
+mod gpu;
 
 pub use catalogue::{Catalogue, Entry, Lessons, catalogue};
 pub use command::Command;
@@ -72,6 +74,9 @@ pub struct Viewer {
     /// The film in progress.
     #[cfg(not(target_arch = "wasm32"))]
     pub filming: Option<Filming>,
+    /// The graphics device.
+    #[cfg(not(target_arch = "wasm32"))]
+    gpu: gpu::GpuSwitch,
     /// Requests to the system.
     pub wishes: Wishes,
     /// Last message for the user.
@@ -189,6 +194,8 @@ impl Viewer {
             preferences: Preferences::default(),
             #[cfg(not(target_arch = "wasm32"))]
             filming: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            gpu: gpu::GpuSwitch::default(),
             wishes: Wishes::default(),
             note: None,
             folder: PathBuf::new(),

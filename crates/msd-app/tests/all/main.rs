@@ -19,6 +19,7 @@ mod film;
 mod filming;
 mod focus;
 mod frame_rate;
+mod gpu;
 mod hands;
 mod honesty;
 mod left_panel;

@@ -1,0 +1,151 @@
+//! Steps on a graphics device, computed while frames are drawn.
+
+use msd_core::{Error, Settings, Simulation};
+use msd_gpu::{Device, GpuError, GpuSimulation, Outcome, Tally};
+use msd_run::Runner;
+
+/// A device that takes the steps of a run.
+///
+/// A step is begun in one frame and taken in a later one, once it is there; no frame waits for it.
+/// What changes the run in between makes the step void, and it is begun anew. While the user moves
+/// what they hold, each frame would void it, so that frame waits for its step.
+#[derive(Debug)]
+pub struct DeviceRun {
+    device: Device,
+    gpu: GpuSimulation,
+    /// The settings that the device was prepared for.
+    settings: Settings,
+    step: Step,
+    /// Whether the run was changed since the step was begun, and whether the user moves something.
+    is_void: bool,
+    is_moved: bool,
+    /// Whether the device must be prepared anew.
+    is_stale: bool,
+    /// Steps before the device was prepared last.
+    past: Tally,
+}
+
+/// The next step of a device.
+#[derive(Debug)]
+enum Step {
+    None,
+    /// It is being computed.
+    Begun,
+    /// It is there.
+    Done(Box<Outcome>),
+    /// The processor takes it.
+    OfProcessor,
+}
+
+impl DeviceRun {
+    /// Prepares a device for a run.
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`] with the reason, and as of [`GpuSimulation::new`].
+    pub(super) fn new(device: Device, runner: &Runner) -> Result<Self, GpuError> {
+        let simulation = steppable(runner)?;
+        let gpu = pollster::block_on(GpuSimulation::new(&device, simulation))?;
+        Ok(DeviceRun {
+            device,
+            gpu,
+            settings: simulation.settings(),
+            step: Step::None,
+            is_void: false,
+            is_moved: false,
+            is_stale: false,
+            past: Tally::default(),
+        })
+    }
+
+    /// Its name.
+    pub fn name(&self) -> String {
+        self.device.name()
+    }
+
+    /// The steps so far by who took them.
+    pub fn tally(&self) -> Tally {
+        let (past, now) = (self.past, self.gpu.tally());
+        Tally {
+            device: past.device + now.device,
+            processor: past.processor + now.processor,
+            checked: past.checked + now.checked,
+        }
+    }
+
+    /// Voids the step under way: the user moves what they hold.
+    pub(super) fn void(&mut self) {
+        (self.is_void, self.is_moved) = (true, true);
+    }
+
+    /// Prepares the device anew before the next step: the model may have changed.
+    pub(super) fn renew(&mut self) {
+        (self.is_void, self.is_stale) = (true, true);
+    }
+
+    /// Begins the next step, and returns whether it can be taken; never waits for the device.
+    pub(super) fn is_ready(&mut self, runner: &mut Runner) -> Result<bool, GpuError> {
+        if let Step::Begun = self.step {
+            if self.is_moved {
+                self.step = Step::Done(Box::new(self.gpu.wait()?));
+            }
+        }
+        if let Step::Begun = self.step {
+            match self.gpu.poll()? {
+                Some(outcome) => self.step = Step::Done(Box::new(outcome)),
+                None => return Ok(false),
+            }
+        }
+        if std::mem::take(&mut self.is_void) {
+            self.step = Step::None;
+        }
+        if matches!(self.step, Step::Done(_) | Step::OfProcessor) {
+            return Ok(true);
+        }
+        let settings = steppable(runner)?.settings();
+        if std::mem::take(&mut self.is_stale) || settings != self.settings {
+            let past = self.tally();
+            *self = DeviceRun { past, ..DeviceRun::new(self.device.clone(), runner)? };
+        }
+        let Runner::F32(simulation, _) = runner else { return Ok(false) };
+        let is_begun = self.gpu.begin(simulation, 1)?;
+        self.step = if is_begun { Step::Begun } else { Step::OfProcessor };
+        if is_begun && std::mem::take(&mut self.is_moved) {
+            self.step = Step::Done(Box::new(self.gpu.wait()?));
+        }
+        Ok(!matches!(self.step, Step::Begun))
+    }
+
+    /// Takes the next step, and waits for it if it is not there yet.
+    pub(super) fn step(&mut self, runner: &mut Runner) -> Result<(), GpuError> {
+        while !self.is_ready(runner)? {
+            if let Step::Begun = self.step {
+                self.step = Step::Done(Box::new(self.gpu.wait()?));
+            }
+        }
+        let Runner::F32(simulation, _) = runner else { return Ok(()) };
+        match std::mem::replace(&mut self.step, Step::None) {
+            Step::Done(outcome) => self.gpu.take(simulation, &outcome),
+            _ => self.gpu.step_on_processor(simulation),
+        }
+    }
+}
+
+/// The simulation of a run that a device may step.
+fn steppable(runner: &Runner) -> Result<&Simulation<f32>, GpuError> {
+    let refused = |reason: &str| Err(GpuError::Unsupported(reason.to_owned()));
+    if runner.is_automatic() {
+        return refused("automatic substeps, which depend on the energy of each step");
+    }
+    match runner {
+        Runner::F32(simulation, _) => Ok(simulation),
+        Runner::F64(..) => refused("f64"),
+    }
+}
+
+/// The failure of a step on the processor, or why the device takes no more steps, in words.
+pub(super) fn failure_of(error: GpuError) -> Result<Error, String> {
+    match error {
+        GpuError::Step(error) => Ok(error),
+        other => Err(format!("{other}; the run goes on on the processor")),
+    }
+}
