@@ -62,8 +62,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
 fn errors(ui: &mut Ui, session: &Session) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
-        let imbalance = session.energy_imbalance().map(|change| estimate(change, "J"));
-        let text = format!("energy error\u{a0}{}", imbalance.as_deref().unwrap_or(theme::VOID));
+        let text = format!("energy error\u{a0}{}", imbalance(session));
         let hover = "Change of the total energy since the run was last changed or grabbed: the \
                      error of the method and its contacts";
         ui.label(RichText::new(text).small().color(theme::TEXT)).on_hover_text(hover);
@@ -75,6 +74,15 @@ fn errors(ui: &mut Ui, session: &Session) {
             ui.label(RichText::new(text).small().color(CONTACT)).on_hover_text(hover);
         }
     });
+}
+
+/// The energy error of the method in words. A graphics device does not measure it.
+pub(super) fn imbalance(session: &Session) -> String {
+    match (session.energy_imbalance(), session.energy()) {
+        (Some(change), _) => estimate(change, "J"),
+        (None, Some(_)) => "not measured".to_owned(),
+        (None, None) => theme::VOID.to_owned(),
+    }
 }
 
 fn plot(ui: &mut Ui, session: &Session, (unit, scale): (&'static str, f64)) {

@@ -39,9 +39,9 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     if method.is_implicit() {
         newton(ui, session);
     }
-    precision(ui, session);
+    precision(ui, viewer);
     #[cfg(not(target_arch = "wasm32"))]
-    device(ui, viewer);
+    device_checks(ui, &viewer.session);
     stability_light(ui, &viewer.session);
 }
 
@@ -116,9 +116,10 @@ fn newton(ui: &mut Ui, session: &mut Session) {
     }
 }
 
-fn precision(ui: &mut Ui, session: &mut Session) {
+fn precision(ui: &mut Ui, viewer: &mut Viewer) {
     ui.horizontal(|ui| {
         super::left_label(ui, "Precision");
+        let session = &mut viewer.session;
         let now = session.runner().precision();
         for (precision, hover) in
             [(Precision::F32, "Single, 24 bits"), (Precision::F64, "Double, 53 bits")]
@@ -128,37 +129,41 @@ fn precision(ui: &mut Ui, session: &mut Session) {
                 session.tune(SolverRow::precision(precision));
             }
         }
+        #[cfg(not(target_arch = "wasm32"))]
+        device(ui, viewer);
     });
 }
 
-/// Shows the switch to the graphics device, and how many of its steps were checked.
+/// Shows the switch to the graphics device.
 #[cfg(not(target_arch = "wasm32"))]
 fn device(ui: &mut Ui, viewer: &mut Viewer) {
-    const HOVER: &str = "Steps on the graphics card, to the bits of the processor. A thread takes \
-                         a step again now and then, on the processor, and compares";
     let is_opening = viewer.is_gpu_opening();
     let device = viewer.session.device();
     let mut is_on = is_opening || device.is_some();
-    let (text, hover) = match device {
-        _ if is_opening => ("GPU, being probed …".to_owned(), HOVER.to_owned()),
-        None => ("GPU".to_owned(), HOVER.to_owned()),
-        Some(device) => {
-            let tally = device.tally();
-            let [checked, steps] = [tally.checked, tally.device].map(|n| rounded(n as f64, 7));
-            let left = match tally.processor {
-                0 => String::new(),
-                steps => format!(". The processor took {steps} steps"),
-            };
-            let text = format!("GPU, same bits ({checked} of {steps} steps checked)");
-            (text, format!("{}: {HOVER}{left}", device.name()))
-        }
-    };
+    let name = device.map_or(String::new(), |device| format!("{}. ", device.name()));
+    let hover = format!(
+        "{name}Steps on the graphics card, to the bits of the processor. Now and then a thread \
+         takes a step again on the processor and compares"
+    );
+    let text = if is_opening { "GPU …" } else { "GPU" };
     let widget = egui::Checkbox::new(&mut is_on, text);
     let response = ui.add_enabled(!is_opening, widget).on_hover_text(hover);
     viewer.layout.landmarks.insert("gpu", response.rect);
     if response.changed() {
         viewer.use_gpu(is_on);
     }
+}
+
+/// Shows how many steps of the graphics device were checked, if it takes them.
+#[cfg(not(target_arch = "wasm32"))]
+fn device_checks(ui: &mut Ui, session: &Session) {
+    let Some(device) = session.device() else { return };
+    let tally = device.tally();
+    let [checked, steps, left] =
+        [tally.checked, tally.device, tally.processor].map(|steps| rounded(steps as f64, 7));
+    let text = format!("GPU, same bits ({checked} of {steps} steps checked)");
+    let label = ui.label(RichText::new(text).small().color(theme::FAINT));
+    label.on_hover_text(format!("It left {left} steps to the processor"));
 }
 
 fn stability_light(ui: &mut Ui, session: &Session) {

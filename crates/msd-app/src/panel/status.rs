@@ -2,7 +2,7 @@
 //! panel that is longer than the window.
 
 use super::live_error::is_fresh;
-use super::{solver, theme};
+use super::{energy, solver, theme};
 use crate::session::{ErrorNow, Pace, Session};
 use crate::viewer::Viewer;
 use egui::{Color32, Frame, Label, Margin, Panel, RichText, ScrollArea, Ui};
@@ -131,7 +131,7 @@ fn main_numbers(ui: &mut Ui, session: &Session) {
         };
         let total = session.energy().map(|energy: Energy| energy.total());
         item(format!("energy {}", joules(total)), theme::TEXT);
-        item(format!("energy error {}", joules(session.energy_imbalance())), theme::TEXT);
+        item(format!("energy error {}", energy::imbalance(session)), theme::TEXT);
     });
 }
 
