@@ -94,7 +94,7 @@ impl<N: Number> PlaneLaw<N> {
     /// velocities of the method are `lag` seconds ahead of those that made the displacement.
     ///
     /// Where the plane does not `bounce` the law of a bounce is left out.
-    pub fn meet(&self, point: &Arrived<N>, [h, lag]: [N; 2], how: Meeting) -> Met<N> {
+    pub fn meet(&self, point: &Arrived<N>, [h, lag]: [N; 2], how: PlaneMeeting) -> Met<N> {
         let Arrived { position, velocity, start, pull, stiffness } = *point;
         let (contact, radius) = (self.contact(), self.offset.zero());
         let evaluated = if how.holds { Evaluated::AtEnd } else { Evaluated::AtStart };
@@ -150,7 +150,7 @@ pub struct Arrived<N> {
 
 /// How points meet planes.
 #[derive(Clone, Copy, Debug)]
-pub struct Meeting {
+pub struct PlaneMeeting {
     /// Whether the method holds points on a surface after each kick, and evaluates forces there.
     pub holds: bool,
     /// Whether planes may give speed back.

@@ -59,7 +59,6 @@ impl Ensemble {
     ///
     /// # Errors
     /// [`GpuError::Lost`]; each simulation then stands at the last state that was read back.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn advance(
         &mut self,
         simulations: &mut [Simulation<f32>],

@@ -259,7 +259,6 @@ impl Instances {
     }
 
     /// Waits until nothing is under way.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn idle(&self) -> Result<(), GpuError> {
         // A failure to wait is a device that is lost.
         drop(self.device.device.poll(wgpu::PollType::wait_indefinitely()));
@@ -284,7 +283,6 @@ impl Instances {
     }
 
     /// Waits for the steps that were submitted.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn wait(&mut self) -> Result<Vec<Outcome>, GpuError> {
         loop {
             // A failure to wait shows in the outcome.

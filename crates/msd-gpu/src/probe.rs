@@ -1,4 +1,4 @@
-//! What a device computes: whether it has the bits of the processor, and in which manner.
+//! The bits of a device: whether they are those of the processor, and in which manner.
 //!
 //! Roots and reciprocals are checked for every mantissa, on the device. Every law is checked on
 //! many inputs against the processor: laws, not operations, as a compiler may keep each operation
@@ -48,7 +48,6 @@ impl fmt::Display for Verdict {
 ///
 /// # Errors
 /// [`GpuError::Refused`] or [`GpuError::Lost`].
-#[cfg(not(target_arch = "wasm32"))]
 pub async fn probe(device: &Device) -> Result<Verdict, GpuError> {
     let exact_roots = find_roots(device).await?;
     let mut least: Option<(&'static str, usize)> = None;
@@ -69,7 +68,6 @@ pub async fn probe(device: &Device) -> Result<Verdict, GpuError> {
 
 /// The first law with other bits than those of the processor, in a program with all laws, and the
 /// number of its inputs that differ.
-#[cfg(not(target_arch = "wasm32"))]
 async fn first_wrong(
     device: &Device,
     program: &str,
@@ -261,7 +259,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 ";
 
 /// The routines whose roots and reciprocals are all rounded correctly.
-#[cfg(not(target_arch = "wasm32"))]
 async fn find_roots(device: &Device) -> Result<Vec<Roots>, GpuError> {
     let program = [routines(), EXHAUST].concat();
     let wrong = run_rows(device, &program, &[1.0], 3, ROWS).await?;
@@ -275,7 +272,6 @@ async fn find_roots(device: &Device) -> Result<Vec<Roots>, GpuError> {
         .collect())
 }
 
-#[cfg(not(target_arch = "wasm32"))]
 async fn run(
     device: &Device,
     program: &str,
@@ -286,7 +282,6 @@ async fn run(
 }
 
 /// Runs a program over rows and returns so many numbers of its output.
-#[cfg(not(target_arch = "wasm32"))]
 async fn run_rows(
     device: &Device,
     program: &str,
@@ -326,7 +321,7 @@ async fn run_rows(
     Ok(bytemuck::pod_collect_to_vec(&bytes))
 }
 
-#[cfg(all(test, not(target_arch = "wasm32")))]
+#[cfg(test)]
 mod tests {
     use super::*;
 

@@ -1,10 +1,10 @@
 //! Springs as rows: of a slice of 64 particles, the springs that come at one turn of their sums.
 //!
 //! A particle gathers the pulls of its springs itself, so that no two threads add to one sum. It
-//! adds them in the order of the core: those of each sum in turn, and the sums in their order. A row
-//! holds one spring of each particle of a slice. If all its springs lead to the particle the same
-//! number further on and have one law, the row is an offset, a law and a bit for each particle.
-//! Otherwise it names the other end and the law of each.
+//! adds them in the order of the core: those of each sum in turn, and the sums in their order. A
+//! row holds one spring of each particle of a slice. If all its springs lead to the particle the
+//! same number further on and have one law, the row is an offset, a law and a bit for each
+//! particle. Otherwise it names the other end and the law of each.
 
 use crate::shader::THREADS;
 use msd_core::Model;

@@ -1,6 +1,5 @@
 //! A simulation that a device steps, and what it leaves to the processor.
 
-#[cfg(not(target_arch = "wasm32"))]
 use crate::check::{Checker, Difference};
 use crate::device::Device;
 use crate::error::GpuError;
@@ -31,7 +30,6 @@ pub struct GpuSimulation {
     /// Steps that the processor takes after the next one that is refused, and those left of them.
     patience: (u64, u64),
     tally: Tally,
-    #[cfg(not(target_arch = "wasm32"))]
     checker: Checker,
     /// Whether the batch under way is a step that is to be checked.
     is_checked: bool,
@@ -63,7 +61,6 @@ impl GpuSimulation {
             instances: prepare(device, all).await?,
             patience: (1, 0),
             tally: Tally::default(),
-            #[cfg(not(target_arch = "wasm32"))]
             checker: Checker::new(),
             is_checked: false,
             grabs: simulation.model().grabs().to_vec(),
@@ -85,10 +82,7 @@ impl GpuSimulation {
 
     /// The steps so far by who took them.
     pub fn tally(&self) -> Tally {
-        #[cfg(not(target_arch = "wasm32"))]
-        return Tally { checked: self.checker.checked(), ..self.tally };
-        #[cfg(target_arch = "wasm32")]
-        self.tally
+        Tally { checked: self.checker.checked(), ..self.tally }
     }
 
     /// The current positions, four numbers of which the last is a reciprocal mass, and velocities,
@@ -107,7 +101,6 @@ impl GpuSimulation {
     /// [`GpuError::Step`] for a step that fails, as on the processor; the steps before it are
     /// taken. [`GpuError::Lost`] or [`GpuError::Refused`]: the simulation then stands at the last
     /// state that was read back, and the processor may go on.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn advance(
         &mut self,
         simulation: &mut Simulation<f32>,
@@ -141,10 +134,7 @@ impl GpuSimulation {
         }
         simulation.apply_queued()?;
         self.load(simulation);
-        #[cfg(not(target_arch = "wasm32"))]
-        {
-            self.is_checked = self.checker.is_due(simulation.steps());
-        }
+        self.is_checked = self.checker.is_due(simulation.steps());
         self.instances.submit(if self.is_checked { 1 } else { most.min(self.batch) });
         Ok(true)
     }
@@ -154,7 +144,6 @@ impl GpuSimulation {
     ///
     /// # Errors
     /// See [`Simulation::step`] and [`GpuSimulation::new`].
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn step_on_processor(&mut self, simulation: &mut Simulation<f32>) -> Result<(), GpuError> {
         let is_changed = simulation.queued().iter().any(changes_model);
         if !simulation.queued().is_empty() {
@@ -176,7 +165,6 @@ impl GpuSimulation {
     ///
     /// # Errors
     /// See [`GpuSimulation::advance`].
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn take(
         &mut self,
         simulation: &mut Simulation<f32>,
@@ -200,7 +188,6 @@ impl GpuSimulation {
 
     /// Begins the check of a step that was to be checked, and ends a run in which an earlier one
     /// has found a difference: the simulation then stands before that step.
-    #[cfg(not(target_arch = "wasm32"))]
     fn check(
         &mut self,
         simulation: &mut Simulation<f32>,
@@ -217,13 +204,11 @@ impl GpuSimulation {
     ///
     /// # Errors
     /// [`GpuError::Differs`]: the simulation then stands before the step that differs.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn finish_check(&mut self, simulation: &mut Simulation<f32>) -> Result<(), GpuError> {
         let found = self.checker.wait();
         self.refuse_difference(simulation, found)
     }
 
-    #[cfg(not(target_arch = "wasm32"))]
     fn refuse_difference(
         &self,
         simulation: &mut Simulation<f32>,
@@ -238,7 +223,6 @@ impl GpuSimulation {
     fn load(&mut self, simulation: &Simulation<f32>) {
         if self.grabs != simulation.model().grabs() {
             self.grabs = simulation.model().grabs().to_vec();
-            #[cfg(not(target_arch = "wasm32"))]
             self.checker.renew();
         }
         self.instances.load(0, simulation);
@@ -249,7 +233,6 @@ impl GpuSimulation {
     ///
     /// # Errors
     /// [`GpuError::Lost`].
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn compute(&mut self, simulation: &Simulation<f32>, steps: u64) -> Result<(), GpuError> {
         self.load(simulation);
         self.compute_on(steps)
@@ -259,7 +242,6 @@ impl GpuSimulation {
     ///
     /// # Errors
     /// [`GpuError::Lost`].
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn compute_on(&mut self, steps: u64) -> Result<(), GpuError> {
         let mut left = steps;
         while 0 < left {
@@ -275,7 +257,6 @@ impl GpuSimulation {
     ///
     /// # Errors
     /// [`GpuError::Lost`].
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn computed(&mut self) -> Result<Outcome, GpuError> {
         self.instances.submit(0);
         self.wait()
@@ -288,7 +269,6 @@ impl GpuSimulation {
     ///
     /// # Panics
     /// If none was begun.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn wait(&mut self) -> Result<Outcome, GpuError> {
         self.instances.wait().map(|mut outcomes| outcomes.remove(0))
     }

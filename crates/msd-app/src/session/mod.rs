@@ -4,8 +4,6 @@
 //! [`Run`] and the parts above them; read them in the order below. Each displayed value is a
 //! [`Reading`] of the run, or carries its [`Revision`]: no value outlives a change of its source.
 
-#[cfg(not(target_arch = "wasm32"))]
-mod device;
 mod run;
 mod clock;
 mod throttle;
@@ -26,8 +24,6 @@ mod twin;
 mod watching;
 
 pub use clock::{BUDGET, Frame, Pace};
-#[cfg(not(target_arch = "wasm32"))]
-pub use device::DeviceRun;
 pub use failure::RunFailure;
 pub use hands::MOST_HELD;
 pub use live_error::{ErrorNow, ErrorReading, WINDOW as ERROR_WINDOW};
@@ -35,6 +31,8 @@ pub use material::{LookEdit, LookValues, Material, MaterialEdit, MaterialValues,
 pub use msd_scene::Wind;
 pub use parts::Parts;
 pub use past::{Deed, Mark, MarkKind};
+#[cfg(not(target_arch = "wasm32"))]
+pub use run::DeviceRun;
 pub use run::{Reading, Revision, Run};
 pub use solver::MOST_SUBSTEPS;
 pub use throttle::Throttle;

@@ -2,7 +2,7 @@
 
 use super::symbol::Parameter::{self, Number, Vector};
 use super::symbol::{Spelling, Symbol, function};
-use msd_core::laws::{self, Arrived, Law, Meeting, PlaneLaw};
+use msd_core::laws::{self, Arrived, Law, PlaneLaw, PlaneMeeting};
 
 /// A number of a law: one that computes, or one that is written down.
 pub trait Value: laws::Number<Scalar = f32> {}
@@ -154,7 +154,7 @@ fn meet<N: Value, const HOLDS: bool, const BOUNCES: bool>(numbers: &[N]) -> Vec<
     let [w, stiffness, h, lag] = [(); 4].map(|()| at.number());
     let pull = force.map(|force| force * w);
     let arrived = Arrived { position, velocity, start, pull, stiffness: stiffness * w };
-    let met = plane.meet(&arrived, [h, lag], Meeting { holds: HOLDS, bounces: BOUNCES });
+    let met = plane.meet(&arrived, [h, lag], PlaneMeeting { holds: HOLDS, bounces: BOUNCES });
     vec![met.position, met.velocity, answers([met.inside, met.keeps, met.keeps], h)]
 }
 

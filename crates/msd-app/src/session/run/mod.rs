@@ -1,7 +1,13 @@
 //! The run behind a single interface, and readings that each change of it voids.
 
 #[cfg(not(target_arch = "wasm32"))]
-use super::device::{DeviceRun, failure_of};
+mod device;
+
+#[cfg(not(target_arch = "wasm32"))]
+pub use device::DeviceRun;
+
+#[cfg(not(target_arch = "wasm32"))]
+use device::failure_of;
 use msd_core::stability::Estimator;
 use msd_core::{Error, Interaction};
 #[cfg(not(target_arch = "wasm32"))]

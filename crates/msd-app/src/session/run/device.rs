@@ -73,7 +73,7 @@ impl DeviceRun {
     }
 
     /// Voids the step under way: the user moves what they hold.
-    pub(super) fn void(&mut self) {
+    pub(in crate::session) fn void(&mut self) {
         (self.is_void, self.is_moved) = (true, true);
     }
 
