@@ -1,8 +1,8 @@
 //! Speeds of a graphics card beside those of the processor, for `docs/measured/gpu.md`.
 //!
-//! `cargo bench --bench gpu` measures the first adapter and rewrites the tables between the marks of
-//! the page; `-- NAME` measures the adapter of that name, and `-- --test` runs small scenes once and
-//! writes nothing.
+//! `cargo bench --bench gpu` measures the first adapter and rewrites the tables between the marks
+//! of the page; `-- NAME` measures the adapter of that name, and `-- --test` runs small scenes once
+//! and writes nothing.
 
 #[path = "baselines/works.rs"]
 mod works;

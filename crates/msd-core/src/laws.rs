@@ -94,7 +94,7 @@ impl<N: Number> PlaneLaw<N> {
     /// velocities of the method are `lag` seconds ahead of those that made the displacement.
     ///
     /// Where the plane does not `bounce` the law of a bounce is left out.
-    pub fn meet(&self, point: &Arrived<N>, [h, lag]: [N; 2], how: PlaneMeeting) -> Met<N> {
+    pub fn meet(&self, point: &Arrived<N>, [h, lag]: [N; 2], how: PlaneMeeting) -> AfterPlane<N> {
         let Arrived { position, velocity, start, pull, stiffness } = *point;
         let (contact, radius) = (self.contact(), self.offset.zero());
         let evaluated = if how.holds { Evaluated::AtEnd } else { Evaluated::AtStart };
@@ -114,7 +114,7 @@ impl<N: Number> PlaneLaw<N> {
         let inside = touch.is_inside(&span);
         let held = hold(&contact, &touch, &span);
         let choose = |yes, no| N::select(inside, yes, no);
-        let mut met = Met {
+        let mut met = AfterPlane {
             position: zip(held.position, position, choose),
             velocity: zip(held.velocity, velocity, choose),
             inside,
@@ -159,7 +159,7 @@ pub struct PlaneMeeting {
 
 /// A point that may have met a plane.
 #[derive(Clone, Copy, Debug)]
-pub struct Met<N: Number> {
+pub struct AfterPlane<N: Number> {
     /// Metres.
     pub position: [N; 3],
     /// Metres per second.

@@ -106,7 +106,7 @@ pub struct Outcome {
 
 /// Rows and laws of instances, those that are alike once.
 #[derive(Default)]
-struct Shared {
+struct Assembly {
     structures: Vec<(Structure, u32)>,
     laws: Vec<(Vec<[f32; 4]>, u32)>,
     slices: Vec<[u32; 4]>,
@@ -114,7 +114,7 @@ struct Shared {
     numbers: Vec<[u32; 4]>,
 }
 
-impl Shared {
+impl Assembly {
     /// Adds the rows of an instance; returns the place of its laws. Places in `rest` are counted
     /// from its start until all slices are known.
     fn add(&mut self, rows: Rows, instance: u32) -> u32 {
@@ -164,7 +164,7 @@ impl Instances {
         };
         let bounces = all.iter().any(bounce);
         let choice = Choice { kind, bounces, are_several: 1 < all.len() };
-        let (mut shared, mut places, mut own) = (Shared::default(), Vec::new(), Vec::new());
+        let (mut shared, mut places, mut own) = (Assembly::default(), Vec::new(), Vec::new());
         let flags = 2 + 2 * settings.substeps;
         for (number, simulation) in all.iter().enumerate() {
             let first = THREADS * shared.slices.len();

@@ -137,7 +137,7 @@ fn precision(ui: &mut Ui, viewer: &mut Viewer) {
 /// Shows the switch to the graphics device.
 #[cfg(not(target_arch = "wasm32"))]
 fn device(ui: &mut Ui, viewer: &mut Viewer) {
-    let is_opening = viewer.is_gpu_opening();
+    let is_opening = viewer.session.is_gpu_opening();
     let device = viewer.session.device();
     let mut is_on = is_opening || device.is_some();
     let name = device.map_or(String::new(), |device| format!("{}. ", device.name()));
@@ -150,7 +150,7 @@ fn device(ui: &mut Ui, viewer: &mut Viewer) {
     let response = ui.add_enabled(!is_opening, widget).on_hover_text(hover);
     viewer.layout.landmarks.insert("gpu", response.rect);
     if response.changed() {
-        viewer.use_gpu(is_on);
+        viewer.session.use_gpu(is_on);
     }
 }
 

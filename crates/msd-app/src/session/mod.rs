@@ -110,6 +110,8 @@ pub struct Session {
     space: Option<Space>,
     /// The last refusal, for the status line.
     refusal: Option<String>,
+    #[cfg(not(target_arch = "wasm32"))]
+    gpu: run::GpuSwitch,
 }
 
 /// Flow of time in the run, forwards and back.
@@ -150,6 +152,8 @@ impl Session {
             twin: None,
             space,
             refusal: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            gpu: run::GpuSwitch::default(),
         };
         session.follow_wind();
         session.material.read(session.run.runner());

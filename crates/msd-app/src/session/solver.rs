@@ -91,6 +91,27 @@ impl Session {
         self.refusal = refused.map(|error| error.to_string());
     }
 
+    /// Lets the first graphics device take the steps to come once it is open, or the processor.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn use_gpu(&mut self, is_wanted: bool) {
+        if !is_wanted {
+            self.set_device(None);
+        } else if let Some(device) = self.gpu.ask() {
+            self.set_device(Some(device));
+        }
+    }
+
+    /// Returns whether the graphics device is being opened, and uses it once it is.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn is_gpu_opening(&mut self) -> bool {
+        match self.gpu.opened() {
+            Some(Ok(device)) => self.set_device(Some(device)),
+            Some(Err(reason)) => self.refusal = Some(reason),
+            None => {}
+        }
+        self.gpu.is_opening()
+    }
+
     /// Returns the graphics device that takes the steps.
     #[cfg(not(target_arch = "wasm32"))]
     pub fn device(&self) -> Option<&super::DeviceRun> {

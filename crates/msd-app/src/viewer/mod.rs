@@ -14,8 +14,6 @@ mod files;
 mod look;
 #[cfg(not(target_arch = "wasm32"))]
 mod filming;
-#[cfg(not(target_arch = "wasm32"))]
-mod gpu;
 
 pub use catalogue::{Catalogue, Entry, Lessons, catalogue};
 pub use command::Command;
@@ -74,9 +72,6 @@ pub struct Viewer {
     /// The film in progress.
     #[cfg(not(target_arch = "wasm32"))]
     pub filming: Option<Filming>,
-    /// The graphics device.
-    #[cfg(not(target_arch = "wasm32"))]
-    gpu: gpu::GpuSwitch,
     /// Requests to the system.
     pub wishes: Wishes,
     /// Last message for the user.
@@ -194,8 +189,6 @@ impl Viewer {
             preferences: Preferences::default(),
             #[cfg(not(target_arch = "wasm32"))]
             filming: None,
-            #[cfg(not(target_arch = "wasm32"))]
-            gpu: gpu::GpuSwitch::default(),
             wishes: Wishes::default(),
             note: None,
             folder: PathBuf::new(),

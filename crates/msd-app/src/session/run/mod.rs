@@ -2,9 +2,13 @@
 
 #[cfg(not(target_arch = "wasm32"))]
 mod device;
+#[cfg(not(target_arch = "wasm32"))]
+mod switch;
 
 #[cfg(not(target_arch = "wasm32"))]
 pub use device::DeviceRun;
+#[cfg(not(target_arch = "wasm32"))]
+pub(super) use switch::GpuSwitch;
 
 #[cfg(not(target_arch = "wasm32"))]
 use device::failure_of;

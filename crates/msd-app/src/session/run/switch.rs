@@ -1,6 +1,5 @@
 //! The switch to a graphics device: a thread opens and probes it while the window goes on.
 
-use super::Viewer;
 use msd_gpu::{Device, Verdict, probe};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
@@ -17,41 +16,40 @@ pub enum GpuSwitch {
     Open(Box<Device>),
 }
 
-impl Viewer {
-    /// Lets the graphics device take the steps, or the processor.
-    pub fn use_gpu(&mut self, is_wanted: bool) {
-        if !is_wanted {
-            self.session.set_device(None);
-            return;
-        }
-        match &self.gpu {
-            GpuSwitch::Open(device) => self.session.set_device(Some((**device).clone())),
+impl GpuSwitch {
+    /// The device, if it is open; otherwise begins to open it.
+    pub(in crate::session) fn ask(&mut self) -> Option<Device> {
+        match self {
+            GpuSwitch::Open(device) => return Some((**device).clone()),
             GpuSwitch::Opening(_) => {}
             GpuSwitch::Unknown => {
                 let (send, opened) = channel();
                 // The window may be closed before it is open.
                 thread::spawn(move || drop(send.send(open())));
-                self.gpu = GpuSwitch::Opening(opened);
+                *self = GpuSwitch::Opening(opened);
             }
         }
+        None
     }
 
-    /// Returns whether the device is being opened, and uses it once it is.
-    pub(crate) fn is_gpu_opening(&mut self) -> bool {
-        let GpuSwitch::Opening(opened) = &self.gpu else { return false };
-        match opened.try_recv() {
-            Err(TryRecvError::Empty) => return true,
-            Ok(Ok(device)) => {
-                self.gpu = GpuSwitch::Open(Box::new(device));
-                self.use_gpu(true);
-            }
-            Ok(Err(reason)) => {
-                self.gpu = GpuSwitch::Unknown;
-                self.note = Some(reason);
-            }
-            Err(TryRecvError::Disconnected) => self.gpu = GpuSwitch::Unknown,
-        }
-        false
+    /// Returns whether the device is being opened.
+    pub(in crate::session) fn is_opening(&self) -> bool {
+        matches!(self, GpuSwitch::Opening(_))
+    }
+
+    /// The device that was opened since the last call, or why it cannot be used.
+    pub(in crate::session) fn opened(&mut self) -> Option<Result<Device, String>> {
+        let GpuSwitch::Opening(opened) = self else { return None };
+        let opened = match opened.try_recv() {
+            Err(TryRecvError::Empty) => return None,
+            Err(TryRecvError::Disconnected) => Err("the graphics driver has failed".to_owned()),
+            Ok(opened) => opened,
+        };
+        *self = match &opened {
+            Ok(device) => GpuSwitch::Open(Box::new(device.clone())),
+            Err(_) => GpuSwitch::Unknown,
+        };
+        Some(opened)
     }
 }
 
