@@ -15,7 +15,7 @@ pub struct DeviceRun {
     gpu: GpuSimulation,
     /// The settings that the device was prepared for.
     settings: Settings,
-    step: Step,
+    step: NextStep,
     /// Whether the run was changed since the step was begun, and whether the user moves something.
     is_void: bool,
     is_moved: bool,
@@ -27,7 +27,7 @@ pub struct DeviceRun {
 
 /// The next step of a device.
 #[derive(Debug)]
-enum Step {
+enum NextStep {
     None,
     /// It is being computed.
     Begun,
@@ -49,7 +49,7 @@ impl DeviceRun {
             device,
             gpu,
             settings: simulation.settings(),
-            step: Step::None,
+            step: NextStep::None,
             is_void: false,
             is_moved: false,
             is_stale: false,
@@ -84,21 +84,21 @@ impl DeviceRun {
 
     /// Begins the next step, and returns whether it can be taken; never waits for the device.
     pub(super) fn is_ready(&mut self, runner: &mut Runner) -> Result<bool, GpuError> {
-        if let Step::Begun = self.step {
+        if let NextStep::Begun = self.step {
             if self.is_moved {
-                self.step = Step::Done(Box::new(self.gpu.wait()?));
+                self.step = NextStep::Done(Box::new(self.gpu.wait()?));
             }
         }
-        if let Step::Begun = self.step {
+        if let NextStep::Begun = self.step {
             match self.gpu.poll()? {
-                Some(outcome) => self.step = Step::Done(Box::new(outcome)),
+                Some(outcome) => self.step = NextStep::Done(Box::new(outcome)),
                 None => return Ok(false),
             }
         }
         if std::mem::take(&mut self.is_void) {
-            self.step = Step::None;
+            self.step = NextStep::None;
         }
-        if matches!(self.step, Step::Done(_) | Step::OfProcessor) {
+        if matches!(self.step, NextStep::Done(_) | NextStep::OfProcessor) {
             return Ok(true);
         }
         let settings = steppable(runner)?.settings();
@@ -108,23 +108,23 @@ impl DeviceRun {
         }
         let Runner::F32(simulation, _) = runner else { return Ok(false) };
         let is_begun = self.gpu.begin(simulation, 1)?;
-        self.step = if is_begun { Step::Begun } else { Step::OfProcessor };
+        self.step = if is_begun { NextStep::Begun } else { NextStep::OfProcessor };
         if is_begun && std::mem::take(&mut self.is_moved) {
-            self.step = Step::Done(Box::new(self.gpu.wait()?));
+            self.step = NextStep::Done(Box::new(self.gpu.wait()?));
         }
-        Ok(!matches!(self.step, Step::Begun))
+        Ok(!matches!(self.step, NextStep::Begun))
     }
 
     /// Takes the next step, and waits for it if it is not there yet.
     pub(super) fn step(&mut self, runner: &mut Runner) -> Result<(), GpuError> {
         while !self.is_ready(runner)? {
-            if let Step::Begun = self.step {
-                self.step = Step::Done(Box::new(self.gpu.wait()?));
+            if let NextStep::Begun = self.step {
+                self.step = NextStep::Done(Box::new(self.gpu.wait()?));
             }
         }
         let Runner::F32(simulation, _) = runner else { return Ok(()) };
-        match std::mem::replace(&mut self.step, Step::None) {
-            Step::Done(outcome) => self.gpu.take(simulation, &outcome),
+        match std::mem::replace(&mut self.step, NextStep::None) {
+            NextStep::Done(outcome) => self.gpu.take(simulation, &outcome),
             _ => self.gpu.step_on_processor(simulation),
         }
     }
