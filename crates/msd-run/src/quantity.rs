@@ -88,7 +88,7 @@ pub struct EnergyReport {
     pub elastic: f64,
     /// In uniform fields; zero at the origin.
     pub gravitational: f64,
-    /// Dissipated since the start.
+    /// Dissipated since the start; NaN after steps of a graphics device, which does not measure it.
     pub dissipated: f64,
     /// Supplied since the start by moving solids, wind and user-defined elements.
     pub supplied: f64,
@@ -105,6 +105,11 @@ impl From<Energy> for EnergyReport {
 }
 
 impl EnergyReport {
+    /// Returns whether all of it was measured: a graphics device measures no dissipated energy.
+    pub fn is_measured(&self) -> bool {
+        !self.dissipated.is_nan()
+    }
+
     /// All of it in a line of a summary.
     pub fn summary(&self) -> String {
         let EnergyReport { kinetic, elastic, gravitational, dissipated, supplied, total } = *self;
@@ -114,6 +119,12 @@ impl EnergyReport {
             0.0 => String::new(),
             work => format!(", supplied by what drives it {}", number(work)),
         };
+        if !self.is_measured() {
+            return format!(
+                "energy, J: kinetic {kinetic}, elastic {elastic}, gravitational {gravitational}; \
+                 dissipated and total not measured on a GPU"
+            );
+        }
         format!(
             "energy, J: kinetic {kinetic}, elastic {elastic}, gravitational {gravitational}, \
              dissipated {dissipated}{supplied}, total {total}"

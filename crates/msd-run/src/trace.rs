@@ -2,7 +2,7 @@
 
 use crate::on;
 use crate::runner::Runner;
-use msd_core::{Real, Simulation, Vector};
+use msd_core::{Contacts, Real, Simulation, Vector};
 use msd_scene::{FileError, Output};
 use std::io::Write;
 
@@ -50,7 +50,11 @@ impl Trace {
     /// [`FileError::Unwritable`].
     pub fn add(&mut self, runner: &Runner) -> Result<(), FileError> {
         let (energy, momentum) = (runner.energy(), runner.momentum());
-        let contacts = runner.contacts();
+        let Contacts { mut taken, mut added, .. } = runner.contacts();
+        if energy.dissipated.is_nan() {
+            // Nor does a graphics device measure these.
+            (taken, added) = (f64::NAN, f64::NAN);
+        }
         let mut row = vec![
             runner.time(),
             energy.kinetic,
@@ -59,8 +63,8 @@ impl Trace {
             energy.dissipated,
             energy.supplied,
             energy.total(),
-            contacts.taken,
-            contacts.added,
+            taken,
+            added,
         ];
         row.extend(momentum.linear.to_array());
         row.extend(momentum.angular.to_array());

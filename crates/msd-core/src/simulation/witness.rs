@@ -119,7 +119,9 @@ impl Balance {
         self.rounding += rounding * substeps;
         self.squares += rounding * rounding * substeps;
         let total = energy.total();
-        self.change += self.last.map_or(0.0, |last| total - last);
+        let change = self.last.map_or(0.0, |last| total - last);
+        // A graphics device does not measure what it dissipates: the total is unknown after that.
+        self.change += if change.is_nan() { 0.0 } else { change };
         self.last = Some(total);
         let length = self.recent.len();
         let before = self.recent[(self.count + length - 1) % length];

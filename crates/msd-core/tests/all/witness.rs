@@ -3,8 +3,8 @@
 use crate::common::{simulation, tumbling_block, two_masses, weightless};
 use msd_core::glam::{DMat3, DVec3};
 use msd_core::{
-    Energy, Friction, Integrator, Interaction, KeyFrame, Material, Particle, Plane, Real, Scene,
-    Settings, Shape, Simulation, Solid, Witness, World, shape,
+    Energy, Friction, Integrator, Interaction, KeyFrame, Ledger, Material, Particle, Plane, Real,
+    Scene, Settings, Shape, Simulation, Solid, Witness, World, shape,
 };
 
 /// The largest gain reported over a run.
@@ -506,4 +506,23 @@ fn a_hundred_lifts_are_no_errors_and_the_work_is_that_of_the_weight() {
             assert!(least < energy.dissipated, "{integrator}: {}", energy.dissipated);
         }
     }
+}
+
+#[test]
+fn an_energy_that_nobody_measured_is_neither_gained_nor_lost_and_resumes() {
+    let scene = tumbling_block(0.5);
+    let mut simulation = simulation::<f32>(&scene, Integrator::VelocityVerlet, 1.0 / 480.0);
+    let mut witness = Witness::default();
+    witness.watch(&simulation);
+    for _ in 0..100 {
+        simulation.step().expect("a run that stays in the world");
+        // As after a step of a graphics device.
+        simulation.set_ledger(Ledger::of(f64::NAN));
+        witness.watch(&simulation);
+        let told = [witness.gain(), witness.loss(), witness.rise(), witness.surplus()];
+        assert_eq!(told, [0.0; 4]);
+    }
+    let (rows, progress) = simulation.progress();
+    let resumed = Simulation::<f32>::resume(&rows, &progress).expect("a run that goes on");
+    assert!(resumed.energy().dissipated.is_nan() && resumed.energy().kinetic.is_finite());
 }

@@ -129,15 +129,17 @@ impl Watch {
         self.judge(runner);
     }
 
-    /// Follows a step of a run that somebody waits for, with all readings. Those that cost much
-    /// take a bounded share of its work.
+    /// Follows a step of a run that somebody waits for, or several, with all readings. Those that
+    /// cost much take a bounded share of its work.
     pub fn follow(&mut self, runner: &Runner) {
         self.read_energy(runner);
-        let [predictions, counts] = self.every;
-        if runner.steps().is_multiple_of(counts) {
+        // Of a run on a graphics device several steps pass from one reading to the next.
+        let before = self.steps.min(runner.steps().saturating_sub(1));
+        let [predicts, counts] = self.every.map(|every| before / every < runner.steps() / every);
+        if counts {
             self.count_crossings(runner);
         }
-        if runner.steps().is_multiple_of(predictions) {
+        if predicts {
             self.predict(runner);
         }
         if runner.integrator() == Integrator::Xpbd && self.read.resolving.is_none() {
