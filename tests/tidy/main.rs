@@ -31,13 +31,14 @@ fn root() -> PathBuf {
 }
 
 /// The crates downwards: each may name those above it.
-const CRATES: [&str; 9] = [
+const CRATES: [&str; 10] = [
     "crates/msd-core",
     "crates/msd-scene",
     "crates/msd-run",
     "crates/msd-study",
     "crates/msd-report",
     "crates/msd-render",
+    "crates/msd-gpu",
     "crates/msd-film",
     "crates/msd-app",
     "xtask",

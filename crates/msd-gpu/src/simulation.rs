@@ -70,6 +70,14 @@ impl GpuSimulation {
         })
     }
 
+    /// Refuses a simulation that a device does not step, whatever the device.
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`] with the reason.
+    pub fn check_supported(simulation: &Simulation<f32>) -> Result<(), GpuError> {
+        unsupported(simulation).map_or(Ok(()), |reason| Err(GpuError::Unsupported(reason)))
+    }
+
     /// The device.
     pub fn device(&self) -> &Device {
         self.instances.device()
@@ -244,6 +252,15 @@ impl GpuSimulation {
     #[cfg(not(target_arch = "wasm32"))]
     pub fn compute(&mut self, simulation: &Simulation<f32>, steps: u64) -> Result<(), GpuError> {
         self.load(simulation);
+        self.compute_on(steps)
+    }
+
+    /// Computes so many further steps from the state on the device, without an upload.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn compute_on(&mut self, steps: u64) -> Result<(), GpuError> {
         let mut left = steps;
         while 0 < left {
             let batch = left.min(self.batch);
@@ -251,6 +268,17 @@ impl GpuSimulation {
             left -= batch;
         }
         self.instances.idle()
+    }
+
+    /// Reads back the state after steps that were computed, and whether the device refused one; it
+    /// computes none after that.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn computed(&mut self) -> Result<Outcome, GpuError> {
+        self.instances.submit(0);
+        self.wait()
     }
 
     /// Waits for the batch that was begun.
