@@ -276,7 +276,7 @@ impl GpuSimulation {
     /// # Errors
     /// [`GpuError::Lost`].
     #[cfg(not(target_arch = "wasm32"))]
-    pub fn computed(&mut self) -> Result<Outcome, GpuError> {
+    pub fn finish_computing(&mut self) -> Result<Outcome, GpuError> {
         self.instances.submit(0);
         self.wait()
     }
