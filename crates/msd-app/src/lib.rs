@@ -4,8 +4,9 @@
 //! need none. [`viewer`] adds the view of a session, [`input`] applies mouse and keys to both,
 //! [`panel`] draws them with egui, and [`window`] is the shell: winit, the surface, the frames.
 //!
-//! Features: `window`, on by default, is all of this but links; `accessibility` lets screen readers
-//! read and press the controls of the window; `parquet` adds tables of sweeps in that format.
+//! Features: `window`, on by default, is all of this but links; `gpu`, on by default, lets the
+//! command line step on a graphics device; `accessibility` lets screen readers read and press the
+//! controls of the window; `parquet` adds tables of sweeps in that format.
 #![forbid(unsafe_code)]
 
 pub mod link;

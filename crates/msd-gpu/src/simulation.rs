@@ -257,7 +257,7 @@ impl GpuSimulation {
     ///
     /// # Errors
     /// [`GpuError::Lost`].
-    pub fn computed(&mut self) -> Result<Outcome, GpuError> {
+    pub fn finish_computing(&mut self) -> Result<Outcome, GpuError> {
         self.instances.submit(0);
         self.wait()
     }

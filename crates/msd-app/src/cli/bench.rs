@@ -1,6 +1,7 @@
 //! `msd bench`: the speed of the workloads on which engines are compared.
 
-use super::arguments::{BenchArguments, Work};
+use super::arguments::{BenchArguments, DeviceChoice, Work};
+use super::device::Gpu;
 use super::failure::{Failure, say, say_json};
 use super::places::Places;
 use super::run::{evaluations, explain_divergence, is_endless};
@@ -44,6 +45,19 @@ struct BenchReport {
     /// Vector instructions.
     instructions: &'static str,
     threads: usize,
+    #[serde(flatten)]
+    speed: Speed,
+    /// `processor`, or the graphics adapter that was measured beside it.
+    device: String,
+    /// Its speed; null without one.
+    on_device: Option<Speed>,
+    /// Peak memory of the process; null if the system does not report it.
+    peak_memory_bytes: Option<u64>,
+}
+
+/// Speed of the processor or of a graphics device.
+#[derive(Debug, Serialize)]
+struct Speed {
     /// Springs times force evaluations per second of the wall clock; null for methods that choose
     /// their own number of evaluations.
     updates_per_second: Option<Updates>,
@@ -51,8 +65,6 @@ struct BenchReport {
     ms_per_frame: FrameTime,
     batches: usize,
     frames_per_batch: u64,
-    /// Peak memory of the process; null if the system does not report it.
-    peak_memory_bytes: Option<u64>,
 }
 
 /// Spring updates per second.
@@ -93,15 +105,15 @@ pub fn run_bench(arguments: &BenchArguments) -> Result<(), Failure> {
     let output = output.map_err(Failure::input)?;
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|error| Failure::input(format!("--threads {threads}: {error}")))?;
-    let (report, written) = pool.install(|| {
-        let report = measure(arguments, settings)?;
+    let (report, notes, written) = pool.install(|| {
+        let (report, notes) = measure(arguments, settings)?;
         let write = |output| write_positions(arguments, settings, output);
-        Ok((report, output.map_or(Ok(()), write)))
+        Ok((report, notes, output.map_or(Ok(()), write)))
     })?;
     let said = if arguments.json {
         say_json(&report)
     } else {
-        say(&summary(&report, arguments, written.is_ok()))
+        say(&summary(&report, arguments, (&notes, written.is_ok())))
     };
     Failure::all(written.err().into_iter().chain(said.err()))
 }
@@ -165,17 +177,27 @@ fn explain(arguments: &BenchArguments, error: Error) -> Failure {
     explain_divergence(&name(arguments), error, None)
 }
 
-fn measure(arguments: &BenchArguments, settings: Settings) -> Result<BenchReport, Failure> {
+/// Measures the processor, and the device if one is asked for; returns notes on it.
+fn measure(
+    arguments: &BenchArguments,
+    settings: Settings,
+) -> Result<(BenchReport, Option<String>), Failure> {
     let mut runner = start(arguments, settings)?;
-    let Times { walls, cpus, frames_per_batch } =
-        time(&mut runner).map_err(|error| explain(arguments, error))?;
-    let Settings { integrator, substeps, step, .. } = settings;
-    let substeps = if integrator.is_adaptive() { 1 } else { substeps };
+    let (mut gpu, note) = open_device(arguments, &runner)?;
     let springs = runner.spring_count();
     let updates = evaluations_per_frame(settings).map(|count| count as f64 * springs as f64);
-    let best = walls.iter().copied().fold(f64::INFINITY, f64::min);
-    let (batches, wall) = (walls.len(), median(walls));
-    Ok(BenchReport {
+    let on_device = gpu.as_mut().map(|gpu| {
+        gpu.upload(&runner)?;
+        let times = time(|frames| gpu.compute(frames))?;
+        gpu.check_computed()?;
+        Ok(Speed::new(times, updates))
+    });
+    let on_device = on_device.transpose()?;
+    let times = time(|frames| (0..frames).try_for_each(|_| runner.step()));
+    let times = times.map_err(|error| explain(arguments, error))?;
+    let Settings { integrator, substeps, step, .. } = settings;
+    let substeps = if integrator.is_adaptive() { 1 } else { substeps };
+    let report = BenchReport {
         scene: name(arguments),
         size: arguments.size,
         particles: runner.particle_count(),
@@ -186,13 +208,61 @@ fn measure(arguments: &BenchArguments, settings: Settings) -> Result<BenchReport
         precision: arguments.precision,
         instructions: instructions(arguments).name(),
         threads: arguments.threads,
-        updates_per_second: updates
-            .map(|updates| Updates { best: updates / best, median: updates / wall }),
-        ms_per_frame: FrameTime { wall: 1e3 * wall, cpu: 1e3 * median(cpus) },
-        batches,
-        frames_per_batch,
+        speed: Speed::new(times, updates),
+        device: gpu.map_or("processor".to_owned(), |gpu| gpu.name()),
+        on_device,
         peak_memory_bytes: peak_memory(),
-    })
+    };
+    Ok((report, note))
+}
+
+/// Opens the device that is to be measured too, and returns a note on it.
+fn open_device(
+    arguments: &BenchArguments,
+    runner: &Runner,
+) -> Result<(Option<Gpu>, Option<String>), Failure> {
+    if arguments.device == DeviceChoice::Processor {
+        return Ok((None, None));
+    }
+    match Gpu::open(&arguments.device, runner) {
+        Ok(gpu) => {
+            let note = format!("device: {}, {}", gpu.name(), gpu.verdict());
+            Ok((Some(gpu), Some(note)))
+        }
+        Err(refusal) if arguments.device == DeviceChoice::Auto => {
+            Ok((None, Some(format!("device: none, as {}", refusal.why))))
+        }
+        Err(refusal) => Err(refusal.failure(&name(arguments))),
+    }
+}
+
+impl Speed {
+    /// The speed by the times of batches; `updates` are those of springs per frame.
+    fn new(times: Times, updates: Option<f64>) -> Self {
+        let Times { walls, cpus, frames_per_batch } = times;
+        let best = walls.iter().copied().fold(f64::INFINITY, f64::min);
+        let (batches, wall) = (walls.len(), median(walls));
+        Speed {
+            updates_per_second: updates
+                .map(|updates| Updates { best: updates / best, median: updates / wall }),
+            ms_per_frame: FrameTime { wall: 1e3 * wall, cpu: 1e3 * median(cpus) },
+            batches,
+            frames_per_batch,
+        }
+    }
+
+    /// Formats it as lines of the summary.
+    fn lines(&self, by: &str) -> Vec<String> {
+        let Speed { ms_per_frame, batches, frames_per_batch, .. } = self;
+        let updates = self.updates_per_second.as_ref().map(|Updates { best, median }| {
+            let [best, median] = [best, median].map(|updates| number(1e-9 * updates));
+            format!("{by}{median} G spring updates/s (median), {best} G (best)")
+        });
+        let [wall, cpu] = [ms_per_frame.wall, ms_per_frame.cpu].map(|ms| quantity(1e-3 * ms, "s"));
+        let frames = counted(*frames_per_batch, "frame");
+        let time = format!("{wall} per frame, {cpu} of CPU time ({batches} batches of {frames})");
+        updates.into_iter().chain([time]).collect()
+    }
 }
 
 /// Returns the number of evaluations of each spring per frame; `None` if it depends on the motion.
@@ -202,16 +272,15 @@ fn evaluations_per_frame(settings: Settings) -> Option<u64> {
     evaluations(integrator).map(|each| each * u64::from(substeps) + first)
 }
 
-fn time(runner: &mut Runner) -> Result<Times, Error> {
-    let frames_per_batch = warm_up(runner)?;
+/// Times batches of frames.
+fn time<E>(mut step: impl FnMut(u64) -> Result<(), E>) -> Result<Times, E> {
+    let frames_per_batch = warm_up(&mut step)?;
     let per_frame = |seconds: f64| seconds / frames_per_batch as f64;
     let (mut walls, mut cpus) = (Vec::new(), Vec::new());
     let start = Instant::now();
     while walls.len() < BATCHES || start.elapsed().as_secs_f64() < MEASURED {
         let (wall, cpu) = (Instant::now(), ProcessTime::now());
-        for _ in 0..frames_per_batch {
-            runner.step()?;
-        }
+        step(frames_per_batch)?;
         walls.push(per_frame(wall.elapsed().as_secs_f64()));
         cpus.push(per_frame(cpu.elapsed().as_secs_f64()));
     }
@@ -219,13 +288,13 @@ fn time(runner: &mut Runner) -> Result<Times, Error> {
 }
 
 /// Steps for a while and returns the number of frames per batch, at least one.
-fn warm_up(runner: &mut Runner) -> Result<u64, Error> {
+fn warm_up<E>(step: &mut impl FnMut(u64) -> Result<(), E>) -> Result<u64, E> {
     let start = Instant::now();
     // The last frame is typical, not the fastest: falling bodies may collide later.
     let mut last = BATCH;
     while start.elapsed().as_secs_f64() < WARM_UP {
         let frame = Instant::now();
-        runner.step()?;
+        step(1)?;
         last = frame.elapsed().as_secs_f64();
     }
     // No frame takes less than a nanosecond, but a coarse clock may report less.
@@ -263,23 +332,23 @@ fn write_positions(
     output.finish().map_err(Failure::input)
 }
 
-fn summary(report: &BenchReport, arguments: &BenchArguments, written: bool) -> String {
+fn summary(
+    report: &BenchReport,
+    arguments: &BenchArguments,
+    (note, written): (&Option<String>, bool),
+) -> String {
     let BenchReport { scene, particles, springs, integrator, precision, instructions, .. } = report;
-    let BenchReport { substeps, threads, batches, frames_per_batch, ms_per_frame, .. } = report;
+    let BenchReport { substeps, threads, speed, .. } = report;
     let substeps = counted((*substeps).into(), "substep");
     let threads = counted(*threads as u64, "thread");
     let springs = counted(*springs as u64, "spring");
-    let mut lines = vec![format!(
+    let mut lines = Vec::from_iter(note.clone());
+    lines.push(format!(
         "{scene}: {particles} particles, {springs}, {integrator} in {precision}, \
          {substeps} per frame, {threads}, {instructions}"
-    )];
-    lines.extend(report.updates_per_second.as_ref().map(|Updates { best, median }| {
-        let [best, median] = [best, median].map(|updates| number(1e-9 * updates));
-        format!("{median} G spring updates/s (median), {best} G (best)")
-    }));
-    let [wall, cpu] = [ms_per_frame.wall, ms_per_frame.cpu].map(|ms| quantity(1e-3 * ms, "s"));
-    let frames = counted(*frames_per_batch, "frame");
-    lines.push(format!("{wall} per frame, {cpu} of CPU time ({batches} batches of {frames})"));
+    ));
+    lines.extend(speed.lines(""));
+    lines.extend(report.on_device.iter().flat_map(|speed| speed.lines("device: ")));
     lines.extend(
         report
             .peak_memory_bytes

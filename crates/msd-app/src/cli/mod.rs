@@ -4,6 +4,7 @@ mod failure;
 mod steps;
 mod arguments;
 mod places;
+mod device;
 mod run;
 mod export;
 #[cfg(feature = "window")]
@@ -79,6 +80,7 @@ pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
         Some(CliCommand::Scenes(arguments)) => lists::list_scenes(&arguments),
         Some(CliCommand::Lessons(arguments)) => lists::run_lessons(&arguments),
         Some(CliCommand::Methods(arguments)) => lists::list_methods(&arguments),
+        Some(CliCommand::Devices(arguments)) => device::run_devices(&arguments),
         Some(CliCommand::Schema) => lists::print_schema(),
         Some(CliCommand::Run(arguments)) => match &arguments.replay {
             Some(recording) => run::replay(&arguments, recording),

@@ -32,7 +32,8 @@ fn a_measured_cloth_tells_the_documented_keys_and_counts() {
     let folder = folder();
     let told = json(msd(folder.path(), &["cloth", "8"]));
     let keys = "scene size particles springs integrator step substeps precision instructions \
-        threads updates_per_second ms_per_frame batches frames_per_batch peak_memory_bytes";
+        threads updates_per_second ms_per_frame batches frames_per_batch device on_device \
+        peak_memory_bytes";
     let found: Vec<&str> = told.as_object().unwrap().keys().map(String::as_str).collect();
     assert_eq!(found.join(" "), keys.split_whitespace().collect::<Vec<_>>().join(" "));
     assert_eq!(told["scene"], "cloth 8");

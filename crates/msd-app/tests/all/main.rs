@@ -13,6 +13,8 @@ mod cli_film;
 mod cli_keep;
 mod cli_outputs;
 mod cli_set;
+#[cfg(feature = "gpu")]
+mod devices;
 mod export;
 mod files;
 mod film;

@@ -4,7 +4,7 @@ mod values;
 mod mistakes;
 
 pub use mistakes::explain;
-pub use values::{Step, Substeps, Watched};
+pub use values::{DeviceChoice, Step, Substeps, Watched};
 
 use super::steps::Moments;
 use clap::ArgAction::Append;
@@ -14,9 +14,9 @@ use msd_scene::{Assignment, Precision, Sight};
 use std::path::PathBuf;
 use std::str::FromStr;
 use values::{
-    automatic_substeps, cores, duration, finite, frames, instructions, integrator, interval,
-    newton, not_negative, positive, precision, side, size, step, substeps, tasks, threads,
-    tolerance, watched,
+    automatic_substeps, cores, device, duration, finite, frames, instructions, integrator,
+    interval, newton, not_negative, positive, precision, side, size, step, substeps, tasks,
+    threads, tolerance, watched,
 };
 
 /// Simulate elastic bodies as particles joined by springs and dampers
@@ -52,6 +52,8 @@ pub enum CliCommand {
     Lessons(LessonsArguments),
     /// List the methods and their purposes
     Methods(ListArguments),
+    /// List the graphics adapters, and whether each computes the bits of the processor
+    Devices(ListArguments),
     /// Print the JSON Schema of scene files, for editors and other programs
     Schema,
     /// Run a scene without a window and report the result
@@ -185,6 +187,11 @@ pub struct RunArguments {
     #[arg(long, value_name = "SECONDS", value_parser = not_negative, allow_hyphen_values = true)]
     #[arg(default_value = "10", help_heading = None)]
     pub duration: f64,
+    /// Take the steps on the processor (cpu), the first graphics adapter (gpu), the faster of the
+    /// two (auto) or an adapter by a part of its name; the bits are the same
+    #[arg(long, value_name = "cpu|gpu|auto|NAME", value_parser = device, default_value = "cpu")]
+    #[arg(help_heading = None)]
+    pub device: DeviceChoice,
     /// Write the final state to this file: .csv (for --from), .npz, .obj, .ply or .vtu
     #[arg(long, value_name = "STATE.csv", help_heading = OUTPUT)]
     pub out: Option<PathBuf>,
@@ -201,7 +208,7 @@ pub struct RunArguments {
     /// Replay this recording (made by --record or in the window) instead of running a scene; with
     /// another solver, report how far the two drift apart
     #[arg(long, value_name = "FILE.msdrec", help_heading = REPLAY)]
-    #[arg(conflicts_with_all = ["scene", "set", "duration", "step", "from", "save_every"])]
+    #[arg(conflicts_with_all = ["scene", "set", "duration", "device", "step", "from", "save_every"])]
     pub replay: Option<PathBuf>,
     /// Replay the intact part of a damaged recording, and report how much is lost
     #[arg(long, requires = "replay", help_heading = REPLAY)]
@@ -494,6 +501,11 @@ pub struct BenchArguments {
     /// best that this processor has
     #[arg(long, value_name = "NAME", value_parser = instructions, help_heading = SOLVER)]
     pub instructions: Option<Instructions>,
+    /// Measure a graphics adapter too: the first one (gpu), one by a part of its name, or the first
+    /// one if it computes the same bits (auto)
+    #[arg(long, value_name = "cpu|gpu|auto|NAME", value_parser = device, default_value = "cpu")]
+    #[arg(help_heading = SOLVER)]
+    pub device: DeviceChoice,
     /// Stay on this processor, counted from 0; Linux alone
     #[arg(long, value_name = "CPU", help_heading = SOLVER)]
     pub pin: Option<usize>,

@@ -23,6 +23,30 @@ pub enum Substeps {
     Count(u32),
 }
 
+/// A choice of who takes the steps of a run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum DeviceChoice {
+    /// The processor.
+    Processor,
+    /// The first graphics adapter.
+    Gpu,
+    /// The faster of the two, if the adapter computes the same bits.
+    Auto,
+    /// The first adapter whose name contains this text.
+    Named(String),
+}
+
+/// Parses a choice of a device.
+pub fn device(text: &str) -> Result<DeviceChoice, String> {
+    match text.trim() {
+        "" => Err("must be cpu, gpu, auto or a part of a name that `msd devices` lists".into()),
+        "cpu" => Ok(DeviceChoice::Processor),
+        "gpu" => Ok(DeviceChoice::Gpu),
+        "auto" => Ok(DeviceChoice::Auto),
+        name => Ok(DeviceChoice::Named(name.into())),
+    }
+}
+
 /// A choice of particles in the trace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Watched {

@@ -102,8 +102,14 @@ impl Files {
         begun.map_err(|error| self.give_up(&error)).ok()
     }
 
-    /// Records a step, the `taken`th of this run.
-    pub fn follow(&mut self, runner: &Runner, taken: u64) {
+    /// The most steps to take at once, after so many of this run, for each file to be extended.
+    pub fn most(&self, taken: u64) -> u64 {
+        let every = self.save.as_ref().and_then(|saver| saver.every).unwrap_or(u64::MAX);
+        if self.trace.is_some() { 1 } else { every - taken % every }
+    }
+
+    /// Records steps, the last of them the `taken`th of this run.
+    pub fn follow(&mut self, runner: &Runner, (taken, steps): (u64, u64)) {
         self.attempt(|files| &mut files.trace, |trace| trace.add(runner));
         let settings = runner.settings();
         if std::mem::replace(&mut self.recorded, settings) != settings {
@@ -114,7 +120,9 @@ impl Files {
         if let Some(gust) = runner.gust() {
             self.attempt(|files| &mut files.recorder, |recorder| recorder.add(&Event::Act(gust)));
         }
-        self.attempt(|files| &mut files.recorder, Recorder::step);
+        for _ in 0..steps {
+            self.attempt(|files| &mut files.recorder, Recorder::step);
+        }
         if let Some(saver) = &mut self.save
             && saver.every.is_some_and(|every| taken.is_multiple_of(every))
         {

@@ -13,6 +13,7 @@ pub use replay::replay;
 pub use report::evaluations;
 
 use super::arguments::RunArguments;
+use super::device::{Stepper, Stop};
 use super::failure::{Failure, hush, say};
 use super::steps::Interrupt;
 use super::steps::Steps;
@@ -34,12 +35,21 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let scene = arguments.scene.as_deref().unwrap_or(Path::new(""));
     let mut prepared =
         prepare((scene, &arguments.set), &arguments.solver, ("--duration", arguments.duration))?;
+    let opened = Stepper::open(&arguments.device, &prepared.name, &prepared.runner);
+    let (mut stepper, note) = opened?;
+    prepared.notes.extend(note);
     // From here on: until the scene is open, there is nothing to keep.
     let interrupt = Interrupt::catch();
     let mut files = Files::open(arguments, &prepared)?;
     let began = prepared.runner.time();
-    let (mut done, diverged) = step_all(&mut prepared, &mut files, &interrupt);
-    let is_interrupted = diverged.is_none() && done.steps < prepared.steps;
+    let (mut done, stopped) = step_all(&mut prepared, &mut stepper, (&mut files, &interrupt));
+    let (diverged, refused) = match stopped {
+        Some(Stop::Step(error)) => (Some(error), None),
+        Some(Stop::Device(failure)) => (None, Some(failure)),
+        None => (None, None),
+    };
+    let has_ended = diverged.is_some() || refused.is_some();
+    let is_interrupted = !has_ended && done.steps < prepared.steps;
     let advice = late_advice(&prepared, diverged.as_ref());
     let diverged =
         diverged.map(|error| explain_divergence(&prepared.name, error, advice.as_deref()));
@@ -50,12 +60,14 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
         None => prepared.watch.count(&prepared.runner),
         Some(_) => prepared.watch.count_crossings(&prepared.runner),
     }
-    let ended = diverged.or_else(|| is_interrupted.then(|| interrupted(&prepared.runner)));
+    let ended = diverged.or(refused);
+    let ended = ended.or_else(|| is_interrupted.then(|| interrupted(&prepared.runner)));
     prepared.warn(advice.as_deref());
     let unwritten = files.finish(&prepared.runner);
     prepared.warnings.extend(unwritten.clone());
     done.simulated = prepared.runner.time() - began;
-    let report = RunReport { set: set_keys(&arguments.set.set), ..RunReport::new(prepared, done) };
+    let (set, device) = (set_keys(&arguments.set.set), stepper.name().to_owned());
+    let report = RunReport { set, device, ..RunReport::new(prepared, done) };
     tell_report(&report, arguments, (ended, unwritten))
 }
 
@@ -103,28 +115,40 @@ pub fn tell_report(
 /// Steps until the end, a divergence or an interruption; times only the steps.
 fn step_all(
     prepared: &mut Prepared,
-    files: &mut Files,
-    interrupt: &Interrupt,
-) -> (Done, Option<Error>) {
+    stepper: &mut Stepper,
+    (files, interrupt): (&mut Files, &Interrupt),
+) -> (Done, Option<Stop>) {
     let mut progress = Steps::new(prepared.steps, &prepared.name);
-    let Prepared { runner, watch, .. } = prepared;
     let (mut done, mut wall) = (Done::default(), Duration::ZERO);
     let mut failed = None;
     while done.steps < prepared.steps && failed.is_none() {
-        let start = Instant::now();
-        failed = runner.step().err();
+        let left = prepared.steps - done.steps;
+        let most = left.min(stepper.most(done.steps)).min(files.most(done.steps));
+        let (start, before) = (Instant::now(), prepared.runner.steps());
+        let advanced = stepper.advance(&mut prepared.runner, most);
         wall += start.elapsed();
-        if failed.is_none() {
-            done.note(runner);
-            watch.follow(runner);
-            files.follow(runner, done.steps);
-            if interrupt.is_asked() {
-                break;
+        let Prepared { runner, watch, steps, .. } = &mut *prepared;
+        // Of those that were to be taken at once, some may precede one that fails. A device that
+        // computes other bits leaves the run before an earlier step.
+        let taken = runner.steps().saturating_sub(before);
+        if 0 < taken {
+            done.note(runner, taken);
+            if stepper.is_read(done.steps) || done.steps == *steps {
+                watch.follow(runner);
             }
+            files.follow(runner, (done.steps, taken));
             progress.tell(done.steps);
         }
+        match advanced {
+            Ok(warning) => warning.into_iter().for_each(|why| prepared.add_warning(why)),
+            Err(stop) => failed = Some(stop),
+        }
+        if failed.is_none() && interrupt.is_asked() {
+            break;
+        }
     }
-    done.wall = wall.as_secs_f64();
+    let failed = failed.or_else(|| stepper.finish(&mut prepared.runner).err());
+    (done.wall, done.on_device) = (wall.as_secs_f64(), stepper.taken());
     (done, failed)
 }
 

@@ -229,7 +229,7 @@ fn step_all(
             None => {}
         }
         watch.follow(runner);
-        done.note(runner);
+        done.note(runner, 1);
         // Steps times their length instead of a running sum; a new scene or step length restarts
         // it.
         let step = course.runner().settings().step;
@@ -237,7 +237,7 @@ fn step_all(
             (before, since, length) = (done.simulated, done.steps - 1, step);
         }
         done.simulated = before + (done.steps - since) as f64 * length;
-        files.follow(course.runner(), done.steps);
+        files.follow(course.runner(), (done.steps, 1));
         files.add_distance(apart);
         if interrupt.is_asked() && done.steps < steps {
             done.interrupted = true;

@@ -1,6 +1,7 @@
 //! The report of a run: a summary, or one JSON object.
 
 use super::prepare::Prepared;
+use crate::cli::device::Taken;
 use msd_core::methods::Solved;
 use msd_core::{Contacts, Integrator, Momentum};
 use msd_run::{EnergyReport, Finding, Kind, Overturned, Pierced, Runner, Touched};
@@ -27,11 +28,15 @@ pub struct RunReport {
     pub duration: f64,
     pub time: f64,
     pub steps: u64,
+    pub device: String,
+    pub device_steps: u64,
+    pub checked_steps: u64,
+    pub processor_steps: u64,
     pub wall_seconds: f64,
     pub spring_updates_per_second: Option<f64>,
     pub real_time_factor: Option<f64>,
     pub energy: EnergyReport,
-    pub contacts: Contacts,
+    pub contacts: Option<Contacts>,
     pub touched: Option<Touched>,
     pub most_crossings: Option<Value>,
     pub pierced: Option<Pierced>,
@@ -92,6 +97,8 @@ pub struct Done {
     pub steps: u64,
     /// Substeps taken.
     pub substeps: u64,
+    /// Steps that a graphics device took.
+    pub on_device: Taken,
     /// Automatic substeps.
     pub chosen: Option<Chosen>,
     /// Time simulated, seconds.
@@ -105,11 +112,11 @@ pub struct Done {
 }
 
 impl Done {
-    /// Notes a step of a run.
-    pub fn note(&mut self, runner: &Runner) {
+    /// Notes steps of a run.
+    pub fn note(&mut self, runner: &Runner, steps: u64) {
         let substeps = runner.settings().substeps;
-        self.steps += 1;
-        self.substeps += u64::from(substeps);
+        self.steps += steps;
+        self.substeps += steps * u64::from(substeps);
         if runner.is_automatic() && !runner.integrator().is_adaptive() {
             self.chosen = Some(Chosen::now(self.chosen, substeps));
         }
@@ -202,14 +209,17 @@ impl RunReport {
         let adaptive = settings.integrator.is_adaptive();
         let substeps = if adaptive { 1 } else { settings.substeps };
         let steps = if adaptive { done.steps } else { done.substeps };
+        // Only fixed substeps are taken on a device.
+        let Taken { device, checked } = done.on_device.times(substeps.into());
         let findings = watch.findings(&runner);
         let find = |is: fn(&Kind) -> bool| findings.iter().find(|finding| is(&finding.kind));
         let gain = find(|kind| matches!(kind, Kind::EnergyAdded | Kind::TooSoft { .. }));
         let loss = find(|kind| matches!(kind, Kind::EnergyLost | Kind::Damped));
         let crossed = find(|kind| matches!(kind, Kind::CrossingTriangles));
         let crossed = crossed.map(|found| json!({ "pairs": found.worst as u64, "time": found.at }));
-        let gain = gain.map(|found| json!({ "joules": found.worst, "since": found.since }));
-        let imbalance = (!watch.is_handled()).then(|| watch.read().witness.imbalance());
+        let energy = EnergyReport::from(runner.energy());
+        let imbalance =
+            (!watch.is_handled() && energy.is_measured()).then(|| watch.read().witness.imbalance());
         let springs = runner.spring_count() as u64;
         let updates = evaluations(settings.integrator).map(|each| (steps * each * springs) as f64);
         let per_wall_second = |amount: f64| (0.0 < done.wall).then_some(amount / done.wall);
@@ -228,11 +238,15 @@ impl RunReport {
             duration: done.simulated,
             time: runner.time(),
             steps,
+            device: "processor".to_owned(),
+            device_steps: device,
+            checked_steps: checked,
+            processor_steps: steps - device,
             wall_seconds: done.wall,
             spring_updates_per_second: updates.and_then(per_wall_second),
             real_time_factor: per_wall_second(done.simulated),
-            energy: runner.energy().into(),
-            contacts: runner.contacts(),
+            energy,
+            contacts: energy.is_measured().then(|| runner.contacts()),
             touched: runner.touched(),
             most_crossings: crossed,
             pierced: watch.read().pierced,
@@ -240,7 +254,7 @@ impl RunReport {
             momentum: runner.momentum(),
             stable_step: stable.is_finite().then_some(stable),
             state_hash: format!("{:016x}", state_hash(&runner.state())),
-            energy_gain: gain,
+            energy_gain: gain.map(|found| json!({ "joules": found.worst, "since": found.since })),
             energy_loss: loss.map(|found| found.worst),
             imbalance,
             solved: watch.read().solved,
@@ -285,6 +299,13 @@ impl RunReport {
             updates.map(|updates| format!(", {} G spring updates/s", number(1e-9 * updates)));
         let speed = factor.unwrap_or_default() + &updates.unwrap_or_default();
         lines.push(format!("{} simulated{speed}", quantity(self.duration, "s")));
+        let RunReport { device_steps, checked_steps, processor_steps, .. } = self;
+        lines.extend((0 < *device_steps).then(|| {
+            format!(
+                "{device_steps} steps on the GPU, {checked_steps} of them checked; \
+                 {processor_steps} on the processor"
+            )
+        }));
         let imbalance = self.imbalance.map(|change| {
             let sign = if change < 0.0 { '-' } else { '+' };
             format!(" ({sign}{} by errors of the method)", number(change.abs()))

@@ -1,0 +1,60 @@
+//! Errors of `--device` in a build without the feature `gpu`.
+
+use super::{Refusal, Stop, Taken};
+use crate::cli::arguments::{DeviceChoice, ListArguments};
+use crate::cli::failure::Failure;
+use msd_run::Runner;
+
+/// Advice of this build.
+const ADVICE: &str = "build it with the default features";
+const WHY: &str = "this build of msd does not step on a GPU";
+
+/// The device, which is not there.
+pub enum NoGpu {}
+
+impl NoGpu {
+    pub fn open(_: &DeviceChoice, _: &Runner) -> Result<Self, Refusal> {
+        Err(Refusal::new(WHY, ADVICE))
+    }
+
+    pub fn win_race(&mut self, _: &Runner) -> Result<String, Refusal> {
+        match *self {}
+    }
+
+    pub fn name(&self) -> String {
+        match *self {}
+    }
+
+    pub fn verdict(&self) -> &str {
+        match *self {}
+    }
+
+    pub fn steps(&self) -> Taken {
+        match *self {}
+    }
+
+    pub fn advance(&mut self, _: &mut Runner, _: u64) -> Result<Option<String>, Stop> {
+        match *self {}
+    }
+
+    pub fn finish(&mut self, _: &mut Runner) -> Result<(), Stop> {
+        match *self {}
+    }
+
+    pub fn upload(&mut self, _: &Runner) -> Result<(), Failure> {
+        match *self {}
+    }
+
+    pub fn compute(&mut self, _: u64) -> Result<(), Failure> {
+        match *self {}
+    }
+
+    pub fn check_computed(&mut self) -> Result<(), Failure> {
+        match *self {}
+    }
+}
+
+/// Refuses `msd devices`.
+pub fn run_devices(_: &ListArguments) -> Result<(), Failure> {
+    Err(Failure::input(format!("{WHY}: {ADVICE}")))
+}

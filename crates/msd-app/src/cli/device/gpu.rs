@@ -1,0 +1,262 @@
+//! A graphics adapter that takes the steps of a run, and the list of all.
+
+use super::{Refusal, Stop, Taken};
+use crate::cli::arguments::{DeviceChoice, ListArguments};
+use crate::cli::failure::{Failure, aligned, say, say_json};
+use msd_core::{Settings, Simulation};
+use msd_film::quietly;
+use msd_gpu::{Device, GpuError, GpuSimulation, Manner, Tally, Verdict, adapters, probe};
+use msd_run::Runner;
+use msd_study::quantity::quantity;
+use pollster::block_on;
+use serde::Serialize;
+use web_time::Instant;
+use wgpu::DeviceType;
+
+/// Time of each side of a race, seconds, and its most steps.
+const RACE: f64 = 0.1;
+const MOST_RACED: u64 = 256;
+
+/// An adapter of this machine; the keys of `--json`.
+#[derive(Serialize)]
+struct DeviceRow {
+    name: String,
+    /// Discrete, integrated, virtual, software or other.
+    kind: &'static str,
+    backend: String,
+    driver: String,
+    /// same-bits, differs or unusable.
+    verdict: &'static str,
+    /// The verdict in words.
+    reason: String,
+}
+
+/// A device with the bits of the processor that takes the steps of a run.
+pub struct Gpu {
+    simulation: GpuSimulation,
+    verdict: String,
+}
+
+impl Gpu {
+    /// Opens the device of a choice, and checks its bits.
+    pub fn open(choice: &DeviceChoice, runner: &Runner) -> Result<Self, Refusal> {
+        let simulation = steppable(runner)?;
+        let name = if let DeviceChoice::Named(name) = choice { name } else { "" };
+        let opened =
+            async { Gpu::on(Device::open(name).await.map_err(refusal)?, simulation).await };
+        quietly(|| block_on(opened))
+    }
+
+    /// Checks the bits of a device, and prepares it.
+    async fn on(device: Device, simulation: &Simulation<f32>) -> Result<Self, Refusal> {
+        let verdict = probe(&device).await.map_err(refusal)?;
+        let manner = same_bits(&verdict).ok_or_else(|| {
+            let why = format!("{} computes {verdict}", device.name());
+            Refusal::new(why, "use the processor (--device cpu) or another of `msd devices`")
+        })?;
+        let (device, verdict) = (device.with_manner(manner), verdict.to_string());
+        let simulation = GpuSimulation::new(&device, simulation).await.map_err(refusal)?;
+        Ok(Gpu { simulation, verdict })
+    }
+
+    /// Times steps of a copy of a run on both; returns the times in words if the device is faster.
+    pub fn win_race(&mut self, runner: &Runner) -> Result<String, Refusal> {
+        let (mut here, mut there) = (runner.clone(), runner.clone());
+        let name = self.name();
+        let failed = |_| Refusal::new("a copy of the run diverged while both were timed", "");
+        let lost = || Refusal::new(format!("{name} failed while both were timed"), "");
+        let first = timed(1, |_| here.step()).map_err(failed)?;
+        let steps = ((RACE / first.max(1e-9)) as u64).clamp(1, MOST_RACED);
+        let ours = timed(steps, |_| here.step()).map_err(failed)?;
+        // The first batch warms up the device.
+        let mut batch = |steps: u64| {
+            let start = Instant::now();
+            match self.advance(&mut there, steps) {
+                Ok(None) => Ok(start.elapsed().as_secs_f64() / steps as f64),
+                Ok(Some(_)) | Err(_) => Err(lost()),
+            }
+        };
+        let first = batch(1)?;
+        let steps = ((RACE / first.max(1e-9)) as u64).clamp(1, steps);
+        let theirs = batch(steps)?;
+        let [mine, its] = [ours, theirs].map(|seconds| quantity(seconds, "s"));
+        if theirs < ours {
+            // Without the steps of the race.
+            let anew = GpuSimulation::new(self.simulation.device(), steppable(runner)?);
+            self.simulation = block_on(anew).map_err(refusal)?;
+            return Ok(format!("{its} per step beside {mine} of the processor; {}", self.verdict));
+        }
+        Err(Refusal::new(format!("a step takes {mine}, and {its} by {name}"), ""))
+    }
+
+    /// The name of the adapter.
+    pub fn name(&self) -> String {
+        self.simulation.device().name()
+    }
+
+    /// What is known of its bits, in words.
+    pub fn verdict(&self) -> &str {
+        &self.verdict
+    }
+
+    /// Steps that it took, and those of them that the processor has taken again.
+    pub fn steps(&self) -> Taken {
+        let Tally { device, checked, .. } = self.simulation.tally();
+        Taken { device, checked }
+    }
+
+    /// Waits for the check of a step that is under way.
+    pub fn finish(&mut self, runner: &mut Runner) -> Result<(), Stop> {
+        let Runner::F32(simulation, _) = runner else { unreachable!("refused when it was opened") };
+        let checked = self.simulation.finish_check(simulation);
+        checked.map_err(|error| Stop::Device(Failure::input(error)))
+    }
+
+    /// Takes so many steps; returns why the device took no more, if it was lost.
+    pub fn advance(&mut self, runner: &mut Runner, steps: u64) -> Result<Option<String>, Stop> {
+        let Runner::F32(simulation, _) = runner else { unreachable!("refused when it was opened") };
+        match self.simulation.advance(simulation, steps) {
+            Ok(()) => Ok(None),
+            Err(GpuError::Step(error)) => Err(Stop::Step(error)),
+            Err(error @ (GpuError::Lost { .. } | GpuError::Refused { .. })) => {
+                Ok(Some(error.to_string()))
+            }
+            Err(error) => Err(Stop::Device(Failure::input(error))),
+        }
+    }
+
+    /// Uploads the state of a run, to compute steps from it.
+    pub fn upload(&mut self, runner: &Runner) -> Result<(), Failure> {
+        let Runner::F32(simulation, _) = runner else { unreachable!("refused when it was opened") };
+        self.simulation.compute(simulation, 0).map_err(Failure::input)
+    }
+
+    /// Computes so many steps and waits for them; nothing is read back.
+    pub fn compute(&mut self, steps: u64) -> Result<(), Failure> {
+        self.simulation.compute_on(steps).map_err(Failure::input)
+    }
+
+    /// Refuses computed steps of which the device left one to the processor.
+    pub fn check_computed(&mut self) -> Result<(), Failure> {
+        let outcome = self.simulation.finish_computing().map_err(Failure::input)?;
+        if !outcome.refused {
+            return Ok(());
+        }
+        let name = self.name();
+        Err(Failure::input(format!("{name} left a step to the processor: its speed is unknown")))
+    }
+}
+
+/// The seconds of each of so many steps.
+fn timed<E>(steps: u64, step: impl FnMut(u64) -> Result<(), E>) -> Result<f64, E> {
+    let start = Instant::now();
+    (0..steps).try_for_each(step)?;
+    Ok(start.elapsed().as_secs_f64() / steps as f64)
+}
+
+/// The simulation of a run that a device steps with the same bits.
+fn steppable(runner: &Runner) -> Result<&Simulation<f32>, Refusal> {
+    let Runner::F32(simulation, _) = runner else {
+        return Err(Refusal::new("a GPU computes in f32, not in f64", "add --precision f32"));
+    };
+    GpuSimulation::check_supported(simulation).map_err(refusal)?;
+    if runner.gust().is_some() {
+        return Err(refusal(GpuError::Unsupported("gusts of wind".to_owned())));
+    }
+    if runner.is_automatic() {
+        // The processor looks at the energy of each step, which a device does not measure.
+        let (Settings { step, substeps, .. }, frame) = (simulation.settings(), 1.0 / 60.0);
+        let substeps = (f64::from(substeps) * frame / step - 1e-6).ceil();
+        let advice = format!("add --substeps {substeps}, with which the run would begin");
+        return Err(Refusal::new("a GPU does not choose substeps", &advice));
+    }
+    Ok(simulation)
+}
+
+fn refusal(error: GpuError) -> Refusal {
+    let advice = "run the scene on the processor (--device cpu)";
+    match error {
+        GpuError::Unsupported(what) => Refusal::new(format!("a GPU does not step {what}"), advice),
+        GpuError::NoAdapter(_) => Refusal::new(error, ""),
+        error => Refusal::new(error, advice),
+    }
+}
+
+fn same_bits(verdict: &Verdict) -> Option<Manner> {
+    match verdict {
+        Verdict::SameBits(manner) => Some(*manner),
+        Verdict::Differs { .. } => None,
+    }
+}
+
+/// Lists the adapters, each with what is known of its bits.
+pub fn run_devices(arguments: &ListArguments) -> Result<(), Failure> {
+    let rows: Vec<DeviceRow> = quietly(|| block_on(adapters()).iter().map(row).collect());
+    if arguments.json {
+        return say_json(&rows);
+    }
+    if rows.is_empty() {
+        return say("no graphics adapter: msd runs on the processor");
+    }
+    let cells =
+        |row: DeviceRow| [row.name, row.kind.to_owned(), row.backend, row.driver, row.reason];
+    let rows: Vec<_> = rows.into_iter().map(cells).collect();
+    say(&aligned(&rows, &[]).join("\n"))
+}
+
+fn row(adapter: &wgpu::Adapter) -> DeviceRow {
+    let info = adapter.get_info();
+    let checked = block_on(async { probe(&Device::of_adapter(adapter).await?).await });
+    let (verdict, reason) = match &checked {
+        Ok(verdict) if same_bits(verdict).is_some() => ("same-bits", verdict.to_string()),
+        Ok(verdict) => ("differs", verdict.to_string()),
+        Err(error) => ("unusable", error.to_string()),
+    };
+    DeviceRow {
+        name: info.name,
+        kind: match info.device_type {
+            DeviceType::DiscreteGpu => "discrete",
+            DeviceType::IntegratedGpu => "integrated",
+            DeviceType::VirtualGpu => "virtual",
+            DeviceType::Cpu => "software",
+            DeviceType::Other => "other",
+        },
+        backend: info.backend.to_string(),
+        driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
+        verdict,
+        reason,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Stepper;
+    use super::*;
+    use msd_scene::state_hash;
+
+    #[test]
+    fn a_run_goes_on_on_the_processor_if_its_device_is_lost() {
+        let Ok(device) = quietly(|| block_on(Device::open(""))) else {
+            assert!(std::env::var_os("MSD_REQUIRE_ADAPTER").is_none(), "no adapter");
+            return println!("SKIPPED: no adapter");
+        };
+        let loaded = msd_scene::open("jelly").expect("a built-in scene");
+        let mut runner = Runner::open(&loaded).expect("a valid scene");
+        let mut alone = runner.clone();
+        let gpu =
+            block_on(Gpu::on(device.clone(), steppable(&runner).expect("a scene of springs")));
+        let gpu = gpu.expect("the same bits");
+        let mut stepper = Stepper::of(Some(gpu));
+        let mut advance = |steps| stepper.advance(&mut runner, steps).expect("no failure");
+        assert_eq!(advance(3), None);
+        device.lose();
+        let warning = advance(3).expect("a warning");
+        assert!(warning.ends_with("; the run goes on on the processor"), "{warning}");
+        assert_eq!(advance(3), None);
+        assert_eq!(stepper.taken().device, 3);
+        let steps = runner.steps();
+        (0..steps).for_each(|_| alone.step().expect("a step"));
+        assert_eq!(state_hash(&runner.state()), state_hash(&alone.state()));
+        assert!(6 <= steps, "{steps}");
+    }
+}
