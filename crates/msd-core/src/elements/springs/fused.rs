@@ -9,10 +9,9 @@
 //! Every particle sums in the order of the passes, so the bits are the same. Parts run in turn.
 
 use super::Springs;
-use super::gather::{NEAR_BYTES, prefetch_all as prefetch};
 use super::layout::{Band, Layout, Piece};
 use super::share::{GroupWork, SpringWork, sums};
-use super::sweep::{Ends, StepMotion, StepSums, add_rows, motion};
+use super::sweep::{Ends, StepMotion, StepSums, add_rows, fetch, is_far, motion};
 use crate::columns::threads::merge_in_turn;
 use crate::columns::{LANES, RECORD, load, store};
 use crate::elements::fields::Fields;
@@ -217,9 +216,6 @@ impl<R: Real> Late<'_, R> {
     }
 }
 
-/// Distance of the prefetch, records: enough to cover the latency of memory.
-const AHEAD: usize = 8;
-
 impl<R: Real> Moving<'_, R> {
     /// The part of some records.
     #[inline(always)]
@@ -237,17 +233,11 @@ impl<R: Real> Moving<'_, R> {
 
     /// Overwrites the forces on the record at a number with those of the fields.
     #[inline(always)]
-    fn start<S: Simd>(&mut self, simd: S, at: usize, is_far: bool) {
+    fn start<S: Simd>(&mut self, simd: S, at: usize) {
         for part in (0..LANES).step_by(Pack::<S, R>::LEN) {
             let masses = &self.masses[at / 3 + part..][..Pack::<S, R>::LEN];
             let weights = self.fields.weights_of(simd, Pack::from_slice(simd, masses));
             store(weights, &mut self.forces[at..], part);
-        }
-        let ahead = at + AHEAD * RECORD;
-        if is_far && ahead < self.positions.len() {
-            let columns = [&*self.positions, &*self.velocities, &*self.forces];
-            columns.into_iter().for_each(|column| prefetch(&column[ahead..][..RECORD]));
-            prefetch(&self.masses[ahead / 3..][..LANES]);
         }
     }
 
@@ -282,14 +272,18 @@ fn move_steps<S: Simd, R: Real, const DAMPED: bool>(
     let RunWork { ahead, burnt, power, first, later, from_before } = work;
     let mut moving = moving.of(band.numbers.clone());
     let (halo, len) = (band.halo.unwrap_or(0), band.numbers.len() / RECORD - 1);
-    let is_far = NEAR_BYTES < size_of_val(moving.positions);
+    let is_far = is_far(moving.positions);
     let [start, end] = [piece.numbers.start, piece.numbers.end].map(|at| at - band.numbers.start);
     // Nothing is behind a piece that is not a part.
     let end = if piece.is_part { end } else { usize::MAX };
     for number in steps {
         let step = layout.steps[piece.steps.start + number - piece.first];
         if number < len {
-            moving.start(simd, (1 + number) * RECORD, is_far);
+            moving.start(simd, (1 + number) * RECORD);
+        }
+        if is_far {
+            let columns = [&*moving.positions, &*moving.velocities, &*moving.forces];
+            columns.into_iter().for_each(|column| fetch(column, 0, band.ahead(number)));
         }
         let rows = &layout.rows[row..][..step.rows as usize];
         row += rows.len();

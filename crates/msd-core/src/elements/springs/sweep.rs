@@ -1,6 +1,6 @@
 //! The pull of many springs at once, as many as a register holds, by [`super::law::pull`].
 
-use super::gather::{NEAR_BYTES, prefetch};
+use super::gather::{NEAR_BYTES, prefetch, prefetch_all};
 use super::law::{Law, pull};
 use super::layout::{Band, Extra, Layout, Piece, Row};
 use crate::columns::{LANES, RECORD, load, single, store};
@@ -102,6 +102,25 @@ pub(super) fn add_rows<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
     }
 }
 
+/// Bytes of a column from which on it is worth to fetch records ahead: those of shorter ones arrive
+/// in time by themselves.
+const FAR_BYTES: usize = 1 << 21;
+
+/// Whether records of a column are fetched ahead.
+#[inline(always)]
+pub(super) fn is_far<R>(column: &[R]) -> bool {
+    FAR_BYTES < size_of_val(column)
+}
+
+/// Prefetches records of a column that starts at the number `first`.
+#[inline(always)]
+pub(super) fn fetch<R>(column: &[R], first: usize, records: impl Iterator<Item = usize>) {
+    for at in records {
+        let record = column.get(at.wrapping_sub(first)..).and_then(|column| column.get(..RECORD));
+        record.into_iter().for_each(prefetch_all);
+    }
+}
+
 /// Adds the springs between records, each evaluated once.
 #[inline(always)]
 pub(super) fn add_segments<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
@@ -121,6 +140,7 @@ pub(super) fn add_segments<S: Simd, R: Real, const DAMPED: bool, const PART: boo
     if PART {
         later.fill(R::ZERO);
     }
+    let is_far = is_far(x);
     let rows = &layout.rows[piece.rows.clone()];
     let mut next = 0;
     for (number, step) in layout.steps[piece.steps.clone()].iter().enumerate() {
@@ -128,6 +148,11 @@ pub(super) fn add_segments<S: Simd, R: Real, const DAMPED: bool, const PART: boo
         let (at, carry) = (step.at as usize, if PART { 0 } else { step.carry as usize });
         let start = next;
         next += step.rows as usize;
+        if is_far {
+            fetch(x, 0, band.ahead(number));
+            fetch(v, 0, band.ahead(number));
+            fetch(f, first, band.ahead(number));
+        }
         for part in (0..LANES).step_by(lanes) {
             let here = motion::<S, R, DAMPED>(simd, x, v, at, part);
             let motions = StepMotion { columns: [x, v], here, part };
