@@ -123,10 +123,19 @@ impl<R: Real> Springs<R> {
             let run = Run { band, piece, steps: front.step..end, row: front.row };
             let part = work.of(front.group, (band, piece), numbers.start);
             let input = (layout, &*self.values);
-            front.row = if self.is_damped() {
-                at_level!(level, simd => move_steps::<_, R, true>(simd, input, run, part, moving))
-            } else {
-                at_level!(level, simd => move_steps::<_, R, false>(simd, input, run, part, moving))
+            front.row = match (self.is_damped(), piece.is_part) {
+                (true, true) => at_level!(level, simd => {
+                    move_steps::<_, R, true, true>(simd, input, run, part, moving)
+                }),
+                (true, false) => at_level!(level, simd => {
+                    move_steps::<_, R, true, false>(simd, input, run, part, moving)
+                }),
+                (false, true) => at_level!(level, simd => {
+                    move_steps::<_, R, false, true>(simd, input, run, part, moving)
+                }),
+                (false, false) => at_level!(level, simd => {
+                    move_steps::<_, R, false, false>(simd, input, run, part, moving)
+                }),
             };
             front.step = end;
             if end < last {
@@ -230,38 +239,20 @@ impl<R: Real> Moving<'_, R> {
             h: self.h,
         }
     }
+}
 
-    /// Overwrites the forces on the record at a number with those of the fields.
-    #[inline(always)]
-    fn start<S: Simd>(&mut self, simd: S, at: usize) {
-        for part in (0..LANES).step_by(Pack::<S, R>::LEN) {
-            let masses = &self.masses[at / 3 + part..][..Pack::<S, R>::LEN];
-            let weights = self.fields.weights_of(simd, Pack::from_slice(simd, masses));
-            store(weights, &mut self.forces[at..], part);
-        }
-    }
-
-    /// Moves a part of the record at a number by a kick with its force, and a drift.
-    #[inline(always)]
-    fn move_part<S: Simd>(
-        &mut self,
-        simd: S,
-        (at, part): (usize, usize),
-        position: [Pack<S, R>; 3],
-        force: [Pack<S, R>; 3],
-    ) {
-        let (velocities, h) = (&mut self.velocities[at..], Pack::new(simd, self.h));
-        let inverse_masses = &self.inverse_masses[at + part..][..Pack::<S, R>::LEN];
-        let kick = Pack::from_slice(simd, inverse_masses) * h;
-        let velocity = zip(load(simd, velocities, part), force, |v, f| v + f * kick);
-        store(velocity, velocities, part);
-        store(zip(position, velocity, |x, v| x + v * h), &mut self.positions[at..], part);
+/// Overwrites the forces on a record with those of the fields on its masses.
+#[inline(always)]
+fn start<S: Simd, R: Real>(simd: S, fields: &Fields<R>, masses: &[R], forces: &mut [R]) {
+    for part in (0..LANES).step_by(Pack::<S, R>::LEN) {
+        let masses = Pack::from_slice(simd, &masses[part..part + Pack::<S, R>::LEN]);
+        store(fields.weights_of(simd, masses), forces, part);
     }
 }
 
 /// Takes some steps; returns the row behind their last.
 #[inline(always)]
-fn move_steps<S: Simd, R: Real, const DAMPED: bool>(
+fn move_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
     simd: S,
     (layout, table): (&Layout, &[R]),
     Run { band, piece, steps, mut row }: Run<'_>,
@@ -270,51 +261,57 @@ fn move_steps<S: Simd, R: Real, const DAMPED: bool>(
 ) -> usize {
     let lanes = Pack::<S, R>::LEN;
     let RunWork { ahead, burnt, power, first, later, from_before } = work;
-    let mut moving = moving.of(band.numbers.clone());
+    let Moving { positions: x, velocities: v, forces: f, masses, inverse_masses, fields, h } =
+        moving.of(band.numbers.clone());
     let (halo, len) = (band.halo.unwrap_or(0), band.numbers.len() / RECORD - 1);
-    let is_far = is_far(moving.positions);
-    let [start, end] = [piece.numbers.start, piece.numbers.end].map(|at| at - band.numbers.start);
-    // Nothing is behind a piece that is not a part.
-    let end = if piece.is_part { end } else { usize::MAX };
+    let (is_far, h) = (is_far(x), Pack::new(simd, h));
+    let [start_of, end] = [piece.numbers.start, piece.numbers.end];
+    let [start_of, end] = [start_of - band.numbers.start, end - band.numbers.start];
     for number in steps {
         let step = layout.steps[piece.steps.start + number - piece.first];
         if number < len {
-            moving.start(simd, (1 + number) * RECORD);
+            let next = 1 + number;
+            start(simd, fields, &masses[next * LANES..][..LANES], &mut f[next * RECORD..]);
         }
         if is_far {
-            let columns = [&*moving.positions, &*moving.velocities, &*moving.forces];
-            columns.into_iter().for_each(|column| fetch(column, 0, band.ahead(number)));
+            [&*x, &*v, &*f].into_iter().for_each(|column| fetch(column, 0, band.ahead(number)));
         }
         let rows = &layout.rows[row..][..step.rows as usize];
         row += rows.len();
-        let (at, carry) = (step.at as usize, if piece.is_part { 0 } else { step.carry as usize });
+        let (at, carry) = (step.at as usize, if PART { 0 } else { step.carry as usize });
         for part in (0..LANES).step_by(lanes) {
             let from = carry / 3 + carry % 3 + part;
             let mut sums = StepSums {
                 pull: load(simd, &ahead[carry..], part),
                 heat: Pack::from_slice(simd, &burnt[from..from + lanes]),
             };
-            let (x, v) = (&*moving.positions, &*moving.velocities);
             let here = motion::<S, R, DAMPED>(simd, x, v, at, part);
-            let mut ends = Ends { forces: moving.forces, first: 0, later, end };
-            let motions = StepMotion { columns: [x, v], here, part };
-            add_rows::<_, _, DAMPED, true>(simd, (rows, table), &motions, &mut sums, &mut ends);
+            let mut ends = Ends { forces: &mut *f, first: 0, later: &mut *later, end };
+            let motions = StepMotion { columns: [&*x, &*v], here, part };
+            let rows = (rows, table);
+            add_rows::<_, _, DAMPED, PART>(simd, rows, &motions, &mut sums, &mut ends);
             let StepSums { pull, heat } = sums;
             if number < halo {
                 store(pull, &mut ahead[(1 + number) * RECORD..], part);
                 heat.store_slice(&mut burnt[(1 + number) * LANES + part..][..lanes]);
                 continue;
             }
-            let late = Late { from_before, ahead, burnt };
-            let own = zip(load(simd, &moving.forces[at..], part), pull, |f, s| f + s);
-            let segment_end = number.checked_sub(len).filter(|_| piece.is_part);
-            let (force, heat) = late.add(simd, ([at - start, part], segment_end), (own, heat));
-            store(force, &mut moving.forces[at..], part);
+            let mut sums = (zip(load(simd, &f[at..], part), pull, |f, s| f + s), heat);
+            if PART {
+                let late = Late { from_before, ahead, burnt };
+                let segment_end = number.checked_sub(len);
+                sums = late.add(simd, ([at - start_of, part], segment_end), sums);
+            }
+            let (force, heat) = sums;
+            store(force, &mut f[at..], part);
             if DAMPED {
                 let to = (band.numbers.start + at - first) / 3 + part;
                 heat.store_slice(&mut power[to..to + lanes]);
             }
-            moving.move_part(simd, (at, part), here[0], force);
+            let kick = Pack::from_slice(simd, &inverse_masses[at + part..][..lanes]) * h;
+            let velocity = zip(load(simd, &v[at..], part), force, |v, f| v + f * kick);
+            store(velocity, &mut v[at..], part);
+            store(zip(here[0], velocity, |x, v| x + v * h), &mut x[at..], part);
         }
     }
     row

@@ -62,13 +62,11 @@ pub(crate) struct Band {
 }
 
 impl Band {
-    /// The first numbers of the records, counted in the band, that a step should fetch for a later
-    /// one. The processor does not see that far ahead: the springs of a step fill its window.
+    /// The first numbers of the records, counted in the band, that a step fetches for a later one.
     #[inline(always)]
     pub(crate) fn ahead(&self, number: usize) -> impl Iterator<Item = usize> + '_ {
         let (halo, len) = (self.halo.unwrap_or(0), self.numbers.len() / RECORD - 1);
-        let record = move |edge: &usize| (number + AHEAD + edge).checked_sub(halo);
-        let records = self.edges.iter().filter_map(record);
+        let records = self.edges.iter().map(move |edge| (number + AHEAD + edge).wrapping_sub(halo));
         records.filter(move |&record| record < len).map(|record| (1 + record) * RECORD)
     }
 }
@@ -151,8 +149,9 @@ const LANE: u32 = MAX_SPRINGS.ilog2();
 /// fewer would be emptier than rows that name each end are slow.
 const FAMILY: usize = 8;
 
-/// Records whose motion and forces are too much for the near caches, and the distance of the
-/// prefetch in records, enough to cover the latency of memory.
+/// Springs of a particle that fill the window of the processor, records that leave its near caches,
+/// and the distance of the prefetch, records.
+const MANY: usize = 8;
 const WIDE: usize = 512;
 const AHEAD: usize = 4;
 
@@ -501,8 +500,12 @@ impl BlockSprings<'_> {
         self.members.iter().partition(|&&spring| families[self.apart(spring)])
     }
 
-    /// The distances of springs behind which there is none for long, the largest included.
+    /// The distances of springs behind which there is none for long, the largest included; none
+    /// where a step is so short that the processor fetches the next ones in time.
     fn edges(&self, near: &[u32]) -> Vec<usize> {
+        if near.len() < MANY * self.count {
+            return Vec::new();
+        }
         let mut is_distance = vec![false; self.count];
         near.iter().for_each(|&spring| is_distance[self.apart(spring)] = true);
         let (mut edges, mut last) = (Vec::new(), usize::MAX);
