@@ -34,8 +34,8 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 const SMALL: [&str; 5] = ["cloth/31", "cloth/100", "block/10", "block/20", "irregular/10000"];
-const LARGE: [&str; 5] =
-    ["cloth/316", "block/46", "block/100", "irregular/100000", "irregular/1000000"];
+const LARGE: [&str; 6] =
+    ["cloth/316", "cloth/1000", "block/46", "block/100", "irregular/100000", "irregular/1000000"];
 
 /// Explicit Euler gains energy for ever: nothing to time that stays the same.
 const INTEGRATORS: [Integrator; 3] =

@@ -5,6 +5,7 @@
 //! number of threads, and without the feature `parallel`.
 
 use super::RECORD;
+use core::ops::Range;
 
 /// Numbers of a column of vectors that one thread takes at a time, at most: those of 16384
 /// particles. Sharing fewer costs more than it saves, as the other thread has to be woken.
@@ -70,6 +71,21 @@ pub(crate) fn merge_shares<W: Split, O: Send>(
     }
     let (low, high) = work.split(numbers / RECORD / 2 * RECORD);
     let (low, high) = join(|| merge_shares(low, run, merge), || merge_shares(high, run, merge));
+    merge(low, high)
+}
+
+/// The same in turn: `run` gets the numbers of each part.
+pub(crate) fn merge_in_turn<O>(
+    numbers: Range<usize>,
+    run: &mut impl FnMut(Range<usize>) -> O,
+    merge: &impl Fn(O, O) -> O,
+) -> O {
+    if numbers.len() <= SHARE {
+        return run(numbers);
+    }
+    let middle = numbers.start + numbers.len() / RECORD / 2 * RECORD;
+    let low = merge_in_turn(numbers.start..middle, run, merge);
+    let high = merge_in_turn(middle..numbers.end, run, merge);
     merge(low, high)
 }
 

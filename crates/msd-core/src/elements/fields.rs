@@ -4,9 +4,9 @@ use super::{Derivatives, Element, Force, Motion, Products, Stage, Vectors};
 use crate::columns::threads::{for_each_share, merge_shares};
 use crate::columns::{Aligned, LANES, RECORD};
 use crate::number::{Real, Vector, at_level};
-use crate::pack::Number;
+use crate::pack::{Number, Pack, each};
 use crate::scene::{Scene, World};
-use fearless_simd::Level;
+use fearless_simd::{Level, Simd};
 use glam::DVec3;
 
 /// The fields, which act on every particle.
@@ -58,6 +58,14 @@ impl<R: Real> Fields<R> {
                 }
             }
         }
+    }
+
+    /// The weights of some particles of these masses, newtons.
+    #[inline(always)]
+    pub(crate) fn weights_of<S: Simd>(&self, simd: S, masses: Pack<S, R>) -> [Pack<S, R>; 3] {
+        let (gravity, force) = (self.gravity.components(), self.force.components());
+        let splat = |value| Pack::new(simd, value);
+        each(|axis| weight(splat(gravity[axis]), splat(force[axis]), masses))
     }
 
     /// Overwrites forces with those of the fields, newtons, and returns the power of the drag,

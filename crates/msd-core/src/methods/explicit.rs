@@ -8,11 +8,14 @@
 //! | RK4 | 4 |
 
 use super::StepContext;
-use super::context::{Pass, Way};
-use crate::columns::threads::for_each_share;
+use super::context::{Pass, Scratch, Way};
+use crate::columns::threads::{are_several, for_each_share};
 use crate::contact::after_kick::{Drift, Kick};
 use crate::contact::{Contacts, Evaluated};
+use crate::elements::Force;
+use crate::elements::springs::fused::Moving;
 use crate::number::{Real, at_level};
+use crate::system::{Columns, Model};
 
 /// x' = x + h v, v' = v + h a(x, v).
 pub(crate) fn explicit_euler<R: Real>(step: &mut StepContext<'_, R>) {
@@ -47,15 +50,58 @@ fn drift_kick<R: Real>(pass: Pass<'_, R, 0>, h: R) {
 /// v' = v + h a(x, v), x' = x + h v'.
 pub(crate) fn symplectic_euler<R: Real>(step: &mut StepContext<'_, R>) {
     let h = step.substep();
+    let is_fused = is_fused(step.model);
     for _ in 0..step.substeps() {
-        let (power, level) = (step.set_forces(step.time()), step.level);
-        if step.find_rows(h, true) {
-            kick_meet_drift(step, h);
-        } else {
-            for_each_share(step.pass(), |pass| at_level!(level, _simd => kick_drift(pass, h)));
-        }
+        let power = if is_fused { sweep(step, h) } else { evaluate_and_move(step, h) };
         step.finish_substep(power * h.to_f64());
     }
+}
+
+/// Whether one sweep does all of a substep but contact: where springs and fields without drag are
+/// all that acts before it, and one thread does it.
+fn is_fused<R: Real>(model: &Model<R>) -> bool {
+    let [_, inner @ ..] = model.inner();
+    let [_, single @ ..] = model.single();
+    let is_bare = inner.iter().chain(&single).chain(&model.other()).all(|kind| kind.count() == 0);
+    let is_shared = model.springs.is_shared() && are_several();
+    is_bare
+        && !is_shared
+        && !model.fields.is_damped()
+        && !model.do_bodies_meet()
+        && model.springs.can_move()
+}
+
+/// A substep in one sweep, by [`crate::elements::springs::fused`]; returns the power dissipated.
+fn sweep<R: Real>(step: &mut StepContext<'_, R>, h: R) -> f64 {
+    step.place(step.time());
+    let Scratch { forces, work, power_of_pins, .. } = &mut *step.scratch;
+    let Columns { positions, velocities } = &mut *step.state;
+    let Model { mass_column, inverse_mass_column, fields, springs, .. } = step.model;
+    let mut moving = Moving {
+        positions,
+        velocities,
+        forces,
+        masses: mass_column,
+        inverse_masses: inverse_mass_column,
+        fields,
+        h,
+    };
+    work.own_power = 0.0;
+    let power = springs.move_particles(step.level, &mut work.springs, &mut moving);
+    // Pins have no kick: their velocities are those of the start.
+    *power_of_pins = step.model.power_of_pins(forces, velocities);
+    power
+}
+
+/// The same in passes.
+fn evaluate_and_move<R: Real>(step: &mut StepContext<'_, R>, h: R) -> f64 {
+    let (power, level) = (step.set_forces(step.time()), step.level);
+    if step.find_rows(h, true) {
+        kick_meet_drift(step, h);
+    } else {
+        for_each_share(step.pass(), |pass| at_level!(level, _simd => kick_drift(pass, h)));
+    }
+    power
 }
 
 /// The same, with the contact of shells in between.

@@ -11,6 +11,7 @@ mod contact_points;
 mod dormand_prince;
 mod elements;
 mod forces;
+mod fused;
 mod guides;
 mod half_spaces;
 mod hinges;

@@ -102,6 +102,19 @@ pub(crate) fn prefetch<R>(
     let _ = (is_far, tables, others, row);
 }
 
+/// Prefetches all of some numbers that start on a cache line.
+#[inline(always)]
+pub(crate) fn prefetch_all<R>(numbers: &[R]) {
+    #[cfg(target_arch = "x86_64")]
+    for line in (0..size_of_val(numbers)).step_by(64) {
+        use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: every x86-64 processor has this instruction, and any address will do.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(numbers.as_ptr().cast::<i8>().wrapping_add(line)) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = numbers;
+}
+
 /// Transposes of whole registers on x86-64. All loads are from checked slices, and everything else
 /// is in registers. The kernels are so short that the compiler puts them where they are called.
 #[cfg(target_arch = "x86_64")]

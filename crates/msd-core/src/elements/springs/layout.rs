@@ -56,6 +56,19 @@ pub(crate) struct Band {
     pub(crate) halo: Option<usize>,
     /// Largest distance to the other end of a spring, in records.
     pub(crate) reach: usize,
+    /// With segments, the largest distance, and those so far below the next larger one that a
+    /// record leaves the near caches in between: see [`Band::ahead`].
+    edges: Vec<usize>,
+}
+
+impl Band {
+    /// The first numbers of the records, counted in the band, that a step fetches for a later one.
+    #[inline(always)]
+    pub(crate) fn ahead(&self, number: usize) -> impl Iterator<Item = usize> + '_ {
+        let (halo, len) = (self.halo.unwrap_or(0), self.numbers.len() / RECORD - 1);
+        let records = self.edges.iter().map(move |edge| (number + AHEAD + edge).wrapping_sub(halo));
+        records.filter(move |&record| record < len).map(|record| (1 + record) * RECORD)
+    }
 }
 
 /// The share of a band that one thread evaluates: all of it, or a run of steps of a large one.
@@ -135,6 +148,12 @@ const LANE: u32 = MAX_SPRINGS.ilog2();
 /// Springs of one distance that make a family: one for every so many particles, at least. Rows of
 /// fewer would be emptier than rows that name each end are slow.
 const FAMILY: usize = 8;
+
+/// Springs of a particle that fill the window of the processor, records that leave its near caches,
+/// and the distance of the prefetch, records.
+const MANY: usize = 8;
+const WIDE: usize = 512;
+const AHEAD: usize = 4;
 
 /// Extras of a block of segments: at most one in so many springs, as they are evaluated one by one.
 const MOST_EXTRAS: usize = 20;
@@ -259,7 +278,7 @@ impl Layout {
 
     /// Adds the pieces of a band, with about as many rows each.
     fn add_pieces(&mut self, band: usize) {
-        let Band { numbers, steps, rows, halo, reach } = self.bands[band].clone();
+        let Band { numbers, steps, rows, halo, reach, .. } = self.bands[band].clone();
         let (halo, len) = (halo.unwrap_or(0), numbers.len() / RECORD - 1);
         // Tables go on as far in front of a part and behind it, and a record of them takes longer.
         let reached = if halo == 0 { 4 * reach } else { reach };
@@ -341,13 +360,14 @@ impl Layout {
         if !springs.has_segments(&far) {
             let (order, reach) = self.add_named(springs);
             let (steps, rows) = (first_step..self.steps.len(), first_row..self.rows.len());
-            self.bands.push(Band { numbers, steps, rows, halo: None, reach });
+            self.bands.push(Band { numbers, steps, rows, halo: None, reach, edges: Vec::new() });
             return Some(order);
         }
         extras.extend(far);
+        let edges = springs.edges(&near);
         let reach = self.add_segments(springs, near, len);
         let (steps, rows) = (first_step..self.steps.len(), first_row..self.rows.len());
-        self.bands.push(Band { numbers, steps, rows, halo: Some(reach), reach });
+        self.bands.push(Band { numbers, steps, rows, halo: Some(reach), reach, edges });
         None
     }
 
@@ -478,6 +498,24 @@ impl BlockSprings<'_> {
     fn near_and_far(&self) -> (Vec<u32>, Vec<u32>) {
         let families = self.families();
         self.members.iter().partition(|&&spring| families[self.apart(spring)])
+    }
+
+    /// The distances of springs behind which there is none for long, the largest included; none
+    /// where a step is so short that the processor fetches the next ones in time.
+    fn edges(&self, near: &[u32]) -> Vec<usize> {
+        if near.len() < MANY * self.count {
+            return Vec::new();
+        }
+        let mut is_distance = vec![false; self.count];
+        near.iter().for_each(|&spring| is_distance[self.apart(spring)] = true);
+        let (mut edges, mut last) = (Vec::new(), usize::MAX);
+        for distance in (0..self.count).rev().filter(|&distance| is_distance[distance]) {
+            if WIDE < last - distance {
+                edges.push(distance);
+            }
+            last = distance;
+        }
+        edges
     }
 
     /// Whether the block is cut into segments, if these springs are of no family.

@@ -1,7 +1,7 @@
 //! Springs with dampers, nearly all of the work of a step.
 //!
 //! [`law`] is the force of one spring. `sweep` takes sixteen at a time in the order that `layout`
-//! has found; `share` gives these to threads.
+//! has found; `share` gives these to threads. `fused` moves the particles in the same sweep.
 
 pub mod law;
 mod unstructured;
@@ -11,6 +11,7 @@ pub(crate) mod gather;
 mod sweep;
 mod stored;
 mod share;
+pub(crate) mod fused;
 pub(crate) mod project;
 pub(crate) mod matrix;
 

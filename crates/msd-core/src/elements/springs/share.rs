@@ -24,9 +24,9 @@ pub(crate) struct SpringWork<R: Real> {
 /// Scratch of the evaluation of a group of pieces; see [`Sums`].
 #[derive(Clone, Debug)]
 pub(super) struct GroupWork<R: Real> {
-    ahead: Aligned<R>,
-    burnt: Aligned<R>,
-    later: Aligned<R>,
+    pub(super) ahead: Aligned<R>,
+    pub(super) burnt: Aligned<R>,
+    pub(super) later: Aligned<R>,
     points: Aligned<R>,
 }
 
@@ -198,11 +198,16 @@ impl<R: Real> Sweep<'_, R> {
 /// The sum of a column of numbers: one sum for each lane, then theirs.
 #[inline(always)]
 pub(super) fn sum<R: Real>(column: &[R]) -> f64 {
-    let mut sums = [0.0; LANES];
+    sums([0.0; LANES], column).iter().sum()
+}
+
+/// Adds a column of numbers to the sums of the lanes, which stay in registers.
+#[inline(always)]
+pub(super) fn sums<R: Real>(mut sums: [f64; LANES], column: &[R]) -> [f64; LANES] {
     for record in column.as_chunks::<LANES>().0 {
         for (sum, number) in sums.iter_mut().zip(record) {
             *sum += number.to_f64();
         }
     }
-    sums.iter().sum()
+    sums
 }

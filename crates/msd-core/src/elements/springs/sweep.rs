@@ -1,6 +1,6 @@
 //! The pull of many springs at once, as many as a register holds, by [`super::law::pull`].
 
-use super::gather::{NEAR_BYTES, prefetch};
+use super::gather::{NEAR_BYTES, prefetch, prefetch_all};
 use super::law::{Law, pull};
 use super::layout::{Band, Extra, Layout, Piece, Row};
 use crate::columns::{LANES, RECORD, load, single, store};
@@ -49,6 +49,78 @@ pub(super) fn laws<S: Simd, R: Real>(
     (law, Pack::<S, R>::mask(simd, u64::from(row.mask >> part)))
 }
 
+/// The motion that the springs of a step see: that of all of the band, and of a part of its record.
+pub(super) struct StepMotion<'a, S: Simd, R: Real> {
+    /// Positions and velocities.
+    pub(super) columns: [&'a [R]; 2],
+    pub(super) here: [[Pack<S, R>; 3]; 2],
+    pub(super) part: usize,
+}
+
+/// The sums of a step: the pull on the particles whose springs it adds, and the power.
+pub(super) struct StepSums<S: Simd, R: Real> {
+    pub(super) pull: [Pack<S, R>; 3],
+    pub(super) heat: Pack<S, R>,
+}
+
+/// The forces on the other ends of a step's springs, counted in the band.
+pub(super) struct Ends<'a, R> {
+    /// The forces of a piece, from the number `first` on.
+    pub(super) forces: &'a mut [R],
+    pub(super) first: usize,
+    /// Those of later parts, from the number `end` on.
+    pub(super) later: &'a mut [R],
+    pub(super) end: usize,
+}
+
+/// Adds the springs of the rows of a step to their other ends and to its sums.
+#[inline(always)]
+pub(super) fn add_rows<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
+    simd: S,
+    (rows, table): (&[Row], &[R]),
+    motions: &StepMotion<'_, S, R>,
+    sums: &mut StepSums<S, R>,
+    ends: &mut Ends<'_, R>,
+) {
+    let StepMotion { columns: [x, v], here, part } = *motions;
+    for row in rows {
+        let other = row.other as usize;
+        let there = motion::<S, R, DAMPED>(simd, x, v, other, part);
+        let (law, is_there) = laws(simd, table, row, part);
+        let (pull, burns) = pull::<_, DAMPED>(here, there, law, is_there);
+        let to = if PART && ends.end <= other {
+            &mut ends.later[other - ends.end..]
+        } else {
+            &mut ends.forces[other - ends.first..]
+        };
+        let far: [Pack<S, R>; 3] = load(simd, to, part);
+        store(zip(pull, far, |p, f| p + f), to, part);
+        sums.pull = zip(sums.pull, pull, |s, p| s - p);
+        if DAMPED {
+            sums.heat = sums.heat + burns;
+        }
+    }
+}
+
+/// Bytes of a column from which on it is worth to fetch records ahead: those of shorter ones arrive
+/// in time by themselves.
+const FAR_BYTES: usize = 1 << 21;
+
+/// Whether records of a column are fetched ahead.
+#[inline(always)]
+pub(super) fn is_far<R>(column: &[R]) -> bool {
+    FAR_BYTES < size_of_val(column)
+}
+
+/// Prefetches records of a column that starts at the number `first`.
+#[inline(always)]
+pub(super) fn fetch<R>(column: &[R], first: usize, records: impl Iterator<Item = usize>) {
+    for at in records {
+        let record = column.get(at.wrapping_sub(first)..).and_then(|column| column.get(..RECORD));
+        record.into_iter().for_each(prefetch_all);
+    }
+}
+
 /// Adds the springs between records, each evaluated once.
 #[inline(always)]
 pub(super) fn add_segments<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
@@ -68,6 +140,7 @@ pub(super) fn add_segments<S: Simd, R: Real, const DAMPED: bool, const PART: boo
     if PART {
         later.fill(R::ZERO);
     }
+    let is_far = is_far(x);
     let rows = &layout.rows[piece.rows.clone()];
     let mut next = 0;
     for (number, step) in layout.steps[piece.steps.clone()].iter().enumerate() {
@@ -75,28 +148,23 @@ pub(super) fn add_segments<S: Simd, R: Real, const DAMPED: bool, const PART: boo
         let (at, carry) = (step.at as usize, if PART { 0 } else { step.carry as usize });
         let start = next;
         next += step.rows as usize;
+        if is_far {
+            fetch(x, 0, band.ahead(number));
+            fetch(v, 0, band.ahead(number));
+            fetch(f, first, band.ahead(number));
+        }
         for part in (0..LANES).step_by(lanes) {
-            let here: [[Pack<S, R>; 3]; 2] = motion::<S, R, DAMPED>(simd, x, v, at, part);
-            let mut sum: [Pack<S, R>; 3] = load(simd, &ahead[carry..], part);
+            let here = motion::<S, R, DAMPED>(simd, x, v, at, part);
+            let motions = StepMotion { columns: [x, v], here, part };
             let from = carry / 3 + carry % 3 + part;
-            let mut heat = Pack::from_slice(simd, &burnt[from..from + lanes]);
-            for row in &rows[start..next] {
-                let other = row.other as usize;
-                let there = motion::<S, R, DAMPED>(simd, x, v, other, part);
-                let (law, is_there) = laws(simd, table, row, part);
-                let (pull, burns) = pull::<_, DAMPED>(here, there, law, is_there);
-                let to = if PART && end <= other {
-                    &mut later[other - end..]
-                } else {
-                    &mut f[other - first..]
-                };
-                let far: [Pack<S, R>; 3] = load(simd, to, part);
-                store(zip(pull, far, |p, f| p + f), to, part);
-                sum = zip(sum, pull, |s, p| s - p);
-                if DAMPED {
-                    heat = heat + burns;
-                }
-            }
+            let mut sums = StepSums {
+                pull: load(simd, &ahead[carry..], part),
+                heat: Pack::from_slice(simd, &burnt[from..from + lanes]),
+            };
+            let mut ends = Ends { forces: &mut *f, first, later: &mut *later, end };
+            let rows = (&rows[start..next], table);
+            add_rows::<_, _, DAMPED, PART>(simd, rows, &motions, &mut sums, &mut ends);
+            let StepSums { pull: sum, heat } = sums;
             if number < halo {
                 store(sum, &mut ahead[(1 + number) * RECORD..], part);
                 let to = (1 + number) * LANES + part;
