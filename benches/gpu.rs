@@ -35,6 +35,9 @@ const TEST_SIDES: [usize; 1] = [31];
 const INSTANCES: [usize; 4] = [1, 16, 264, 1056];
 const TEST_INSTANCES: [usize; 1] = [2];
 
+/// Measures, and makes the text of its table.
+type Section = fn(&Bench) -> String;
+
 struct Bench {
     device: Device,
     manner: Manner,
@@ -62,7 +65,7 @@ fn main() -> std::io::Result<()> {
     let patience = if testing { Patience::Once } else { Patience::Seconds(1.0) };
     let bench = Bench { device: device.with_manner(manner), manner, patience, testing };
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/measured/gpu.md");
-    let sections: [(&str, fn(&Bench) -> String); 4] =
+    let sections: [(&str, Section); 4] =
         [("machine", about), ("kernels", kernels), ("ensembles", ensembles), ("costs", costs)];
     for (name, section) in sections {
         let table = section(&bench);

@@ -208,7 +208,8 @@ pub struct RunArguments {
     /// Replay this recording (made by --record or in the window) instead of running a scene; with
     /// another solver, report how far the two drift apart
     #[arg(long, value_name = "FILE.msdrec", help_heading = REPLAY)]
-    #[arg(conflicts_with_all = ["scene", "set", "duration", "device", "step", "from", "save_every"])]
+    #[arg(conflicts_with_all = ["scene", "set", "duration", "device", "step", "from"])]
+    #[arg(conflicts_with = "save_every")]
     pub replay: Option<PathBuf>,
     /// Replay the intact part of a damaged recording, and report how much is lost
     #[arg(long, requires = "replay", help_heading = REPLAY)]

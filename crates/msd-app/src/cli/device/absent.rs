@@ -1,6 +1,6 @@
 //! Errors of `--device` in a build without the feature `gpu`.
 
-use super::{Refusal, Stop, Taken};
+use super::{DeviceSteps, Refusal, Stop};
 use crate::cli::arguments::{DeviceChoice, ListArguments};
 use crate::cli::failure::Failure;
 use msd_run::Runner;
@@ -29,7 +29,7 @@ impl NoGpu {
         match *self {}
     }
 
-    pub fn steps(&self) -> Taken {
+    pub fn steps(&self) -> DeviceSteps {
         match *self {}
     }
 

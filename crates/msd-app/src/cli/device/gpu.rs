@@ -1,6 +1,6 @@
 //! A graphics adapter that takes the steps of a run, and the list of all.
 
-use super::{Refusal, Stop, Taken};
+use super::{DeviceSteps, Refusal, Stop};
 use crate::cli::arguments::{DeviceChoice, ListArguments};
 use crate::cli::failure::{Failure, aligned, say, say_json};
 use msd_core::{Settings, Simulation};
@@ -100,9 +100,9 @@ impl Gpu {
     }
 
     /// Steps that it took, and those of them that the processor has taken again.
-    pub fn steps(&self) -> Taken {
+    pub fn steps(&self) -> DeviceSteps {
         let Tally { device, checked, .. } = self.simulation.tally();
-        Taken { device, checked }
+        DeviceSteps { device, checked }
     }
 
     /// Waits for the check of a step that is under way.

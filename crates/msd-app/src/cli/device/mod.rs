@@ -56,17 +56,17 @@ pub enum Stop {
 
 /// Steps of a run that a device took.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Taken {
+pub struct DeviceSteps {
     /// All of them.
     pub device: u64,
     /// Those that the processor has taken again, with the same bits.
     pub checked: u64,
 }
 
-impl Taken {
+impl DeviceSteps {
     /// Their parts, of which a step has so many.
     pub fn times(self, parts: u64) -> Self {
-        Taken { device: self.device * parts, checked: self.checked * parts }
+        DeviceSteps { device: self.device * parts, checked: self.checked * parts }
     }
 }
 
@@ -75,7 +75,7 @@ pub struct Stepper {
     gpu: Option<Gpu>,
     name: String,
     /// Steps of the device until it was lost.
-    taken: Taken,
+    taken: DeviceSteps,
     /// Steps that it takes within a moment.
     at_once: u64,
 }
@@ -110,7 +110,7 @@ impl Stepper {
 
     fn of(gpu: Option<Gpu>) -> Self {
         let name = gpu.as_ref().map_or("processor".to_owned(), Gpu::name);
-        Stepper { gpu, name, taken: Taken::default(), at_once: 1 }
+        Stepper { gpu, name, taken: DeviceSteps::default(), at_once: 1 }
     }
 
     /// `processor`, or the adapter that the run was begun on.
@@ -119,7 +119,7 @@ impl Stepper {
     }
 
     /// Steps that the device took.
-    pub fn taken(&self) -> Taken {
+    pub fn taken(&self) -> DeviceSteps {
         self.gpu.as_ref().map_or(self.taken, Gpu::steps)
     }
 

@@ -1,7 +1,7 @@
 //! The report of a run: a summary, or one JSON object.
 
 use super::prepare::Prepared;
-use crate::cli::device::Taken;
+use crate::cli::device::DeviceSteps;
 use msd_core::methods::Solved;
 use msd_core::{Contacts, Integrator, Momentum};
 use msd_run::{EnergyReport, Finding, Kind, Overturned, Pierced, Runner, Touched};
@@ -98,7 +98,7 @@ pub struct Done {
     /// Substeps taken.
     pub substeps: u64,
     /// Steps that a graphics device took.
-    pub on_device: Taken,
+    pub on_device: DeviceSteps,
     /// Automatic substeps.
     pub chosen: Option<Chosen>,
     /// Time simulated, seconds.
@@ -210,7 +210,7 @@ impl RunReport {
         let substeps = if adaptive { 1 } else { settings.substeps };
         let steps = if adaptive { done.steps } else { done.substeps };
         // Only fixed substeps are taken on a device.
-        let Taken { device, checked } = done.on_device.times(substeps.into());
+        let DeviceSteps { device, checked } = done.on_device.times(substeps.into());
         let findings = watch.findings(&runner);
         let find = |is: fn(&Kind) -> bool| findings.iter().find(|finding| is(&finding.kind));
         let gain = find(|kind| matches!(kind, Kind::EnergyAdded | Kind::TooSoft { .. }));

@@ -84,10 +84,8 @@ impl DeviceRun {
 
     /// Begins the next step, and returns whether it can be taken; never waits for the device.
     pub(super) fn is_ready(&mut self, runner: &mut Runner) -> Result<bool, GpuError> {
-        if let NextStep::Begun = self.step {
-            if self.is_moved {
-                self.step = NextStep::Done(Box::new(self.gpu.wait()?));
-            }
+        if self.is_moved && matches!(self.step, NextStep::Begun) {
+            self.step = NextStep::Done(Box::new(self.gpu.wait()?));
         }
         if let NextStep::Begun = self.step {
             match self.gpu.poll()? {
