@@ -8,7 +8,7 @@
 //! `2-threads`. The group `terms` shows that unused features add no cost, the group `substance`
 //! what a uniform material, bends and volumes cost beside alike springs, the group `touch` what a
 //! radius of particles does, the group `scene` what steps of built-in scenes cost in which
-//! something touches.
+//! something touches, the group `xpbd` what steps of XPBD cost.
 //!
 //! Scenes of more than 100,000 springs take part where a filter names them (`-- cloth/316`), or all
 //! of them where the environment sets `MSD_LARGE`. `docs/measured/performance.md` has the figures
@@ -265,6 +265,22 @@ fn bench_scenes(criterion: &mut Criterion) {
     }
 }
 
+/// A step of XPBD: a cloth that swings, and a block that spins and bounces on planes.
+fn bench_xpbd(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("xpbd");
+    let jelly = open("jelly").expect("a built-in scene").scene;
+    for (name, scene) in [("cloth/31", works::scene("cloth/31")), ("jelly", jelly)] {
+        let settings = settings(Integrator::Xpbd);
+        group.throughput(Throughput::Elements(scene.springs.len() as u64 * evaluations(settings)));
+        for precision in [Precision::F32, Precision::F64] {
+            let mut runner = Runner::new(&scene, settings, precision).expect("a valid scene");
+            group.bench_function(format!("{name}/{precision}"), |bencher| {
+                bencher.iter(|| runner.step().expect("stable"));
+            });
+        }
+    }
+}
+
 fn pool(threads: usize) -> ThreadPool {
     ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")
 }
@@ -275,7 +291,7 @@ criterion_group! {
         .sample_size(20)
         .warm_up_time(Duration::from_millis(300))
         .measurement_time(Duration::from_secs(1));
-    targets = steps, bench_terms, bench_substances, bench_touches, bench_scenes
+    targets = steps, bench_terms, bench_substances, bench_touches, bench_scenes, bench_xpbd
 }
 
 fn main() {
