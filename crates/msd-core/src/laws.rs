@@ -1,7 +1,7 @@
 //! The laws of a step of springs among planes, as functions over numbers.
 //!
-//! A law has no branches, so a [`Number`] may be one number, a register of them, or a symbol that
-//! records what is done to it. The last turns a law into a program for another machine that
+//! A law has no branches, so a [`Number`] may be one number, a register of numbers, or a symbol
+//! that records each operation. Symbols turn a law into a program for another machine, which
 //! computes the same bits. Vectors are three numbers; all units are SI.
 
 pub use crate::elements::springs::law::{Law, pull};
@@ -15,7 +15,7 @@ use crate::number::{Real, Vector};
 use crate::obstacles::{ContactLaw, PlaneColumn};
 use crate::pack::{dot, each, zip};
 
-/// Gravity, a uniform force and the drag of the air on a particle, newtons.
+/// The sum of gravity, a uniform force and the drag of the air on a particle, newtons.
 pub fn field<N: Number>([gravity, force]: [[N; 3]; 2], [mass, drag]: [N; 2], v: [N; 3]) -> [N; 3] {
     each(|axis| fields::pull(fields::weight(gravity[axis], force[axis], mass), v[axis], drag))
 }
@@ -31,10 +31,10 @@ pub fn grab<N: Number>(
     grabs::capped(grabs::wish(way, v, [stiffness, damping]), most)
 }
 
-/// A plane as laws read it.
+/// The surface of a plane and its contact law.
 #[derive(Clone, Copy, Debug)]
 pub struct PlaneLaw<N> {
-    /// Direction out of the solid, length one.
+    /// Unit normal, out of the solid.
     pub normal: [N; 3],
     /// Signed distance from the origin, metres.
     pub offset: N,
@@ -65,19 +65,21 @@ impl<N: Number> PlaneLaw<N> {
         (a * x).abs() + (b * y).abs() + (c * z).abs()
     }
 
-    /// Whether a point is near the plane, on its surface or inside, and whether it is inside. For a
-    /// method that `holds` points on a surface after each kick, one within rounding is not inside.
+    /// Returns whether a point is on the surface or inside, up to rounding, and whether it is
+    /// inside. If a method `holds` points on a surface after each kick, a point within rounding of
+    /// the surface is not inside.
     pub fn is_near_and_inside(&self, x: [N; 3], holds: bool) -> [N::Mask; 2] {
         let gap = (dot(self.normal, x) - self.offset, self.terms(x));
         let radius = self.offset.zero();
         [is_near(gap, radius), is_inside(gap, radius, holds)]
     }
 
-    /// The velocity along the plane of a point on it after a kick by an acceleration, metres per
-    /// second, and whether the kick presses a point to it that lay there.
+    /// Returns the velocity, along the plane, of a point on it after a kick by an acceleration,
+    /// metres per second. Also returns whether the point lay on the plane and the kick presses it
+    /// there.
     ///
-    /// The duration of the kick and that of the substep are in seconds. `loses` says whether the
-    /// kick takes the tangential loss, which comes once in a substep.
+    /// The durations of the kick and of the substep are in seconds. `loses` says whether the kick
+    /// takes the tangential loss, which comes once in a substep.
     pub fn settle(
         &self,
         [velocity, acceleration]: [[N; 3]; 2],
@@ -90,10 +92,10 @@ impl<N: Number> PlaneLaw<N> {
         (settled.velocity, settled.lies)
     }
 
-    /// A point that has come into the plane in a substep of so many seconds, after it. The
+    /// Returns a point at the end of a substep of `h` seconds, after contact with the plane. The
     /// velocities of the method are `lag` seconds ahead of those that made the displacement.
     ///
-    /// Where the plane does not `bounce` the law of a bounce is left out.
+    /// Unless `how` has `bounces`, the law of a bounce is left out.
     pub fn meet(&self, point: &Arrived<N>, [h, lag]: [N; 2], how: PlaneMeeting) -> AfterPlane<N> {
         let Arrived { position, velocity, start, pull, stiffness } = *point;
         let (contact, radius) = (self.contact(), self.offset.zero());
@@ -144,20 +146,22 @@ pub struct Arrived<N> {
     pub start: [N; 3],
     /// Its acceleration, metres per second squared.
     pub pull: [N; 3],
-    /// Stiffness of all springs at it by its mass, per second squared; only bounces read it.
+    /// Stiffness of all springs at the point divided by its mass, per second squared; only bounces
+    /// read it.
     pub stiffness: N,
 }
 
 /// How points meet planes.
 #[derive(Clone, Copy, Debug)]
 pub struct PlaneMeeting {
-    /// Whether the method holds points on a surface after each kick, and evaluates forces there.
+    /// Whether the method holds points on a surface after each kick, and evaluates forces at the
+    /// end of a substep.
     pub holds: bool,
-    /// Whether planes may give speed back.
+    /// Whether planes may have a restitution.
     pub bounces: bool,
 }
 
-/// A point that may have met a plane.
+/// A point after a possible contact with a plane.
 #[derive(Clone, Copy, Debug)]
 pub struct AfterPlane<N: Number> {
     /// Metres.

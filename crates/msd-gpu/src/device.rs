@@ -5,6 +5,7 @@ use crate::shader::symbol::Spelling;
 use crate::shader::{Choice, Manner, Roots, programs};
 use bytemuck::{Pod, cast_slice};
 use std::collections::HashMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
 use wgpu::util::DeviceExt;
 use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ComputePipeline};
@@ -14,7 +15,7 @@ const STORAGE_BUFFERS: u32 = 8;
 /// Bytes from the numbers of one substep to those of the next.
 pub const STRIDE: u64 = 256;
 
-/// A graphics device that computes. Clones share it.
+/// A graphics device that computes. Its clones share one device.
 #[derive(Clone, Debug)]
 pub struct Device {
     pub(crate) device: wgpu::Device,
@@ -53,8 +54,8 @@ pub async fn adapters() -> Vec<wgpu::Adapter> {
 }
 
 impl Device {
-    /// Opens the first adapter whose name contains a text, whatever its case: real ones before
-    /// those in software.
+    /// Opens the first adapter whose name contains a text, ignoring case. Hardware adapters come
+    /// before software ones.
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`], [`GpuError::NoCompute`] or [`GpuError::NoDevice`].
@@ -65,7 +66,8 @@ impl Device {
         let named =
             |adapter: &wgpu::Adapter| adapter.get_info().name.to_lowercase().contains(&name);
         let Some(adapter) = all.into_iter().find(named) else {
-            let with = if name.is_empty() { String::new() } else { format!(" named {name:?}") };
+            let what = format!(" named {name:?}; `msd devices` lists them");
+            let with = if name.is_empty() { String::new() } else { what };
             return Err(GpuError::NoAdapter(with));
         };
         Self::of_adapter(&adapter).await
@@ -91,19 +93,11 @@ impl Device {
             adapter: info.name.clone(),
             reason: reason.to_string(),
         })?;
-        let opened = Self::of(device, queue, info);
-        let shared = Arc::downgrade(&opened.shared);
-        let note = move |error: wgpu::Error| {
-            if let Some(shared) = shared.upgrade() {
-                shared.lose(error.to_string());
-            }
-        };
-        opened.device.on_uncaptured_error(Arc::new(note));
-        Ok(opened)
+        Ok(Self::of(device, queue, info))
     }
 
-    /// Computes on a device that is open, such as that of a window.
-    pub fn of(device: wgpu::Device, queue: wgpu::Queue, info: wgpu::AdapterInfo) -> Self {
+    /// Takes over a device that has just been opened.
+    fn of(device: wgpu::Device, queue: wgpu::Queue, info: wgpu::AdapterInfo) -> Self {
         let layouts = layouts(&device);
         let exact = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("exact"),
@@ -118,6 +112,12 @@ impl Device {
                 shared.lose(reason);
             }
         });
+        let of_callback = Arc::downgrade(&shared);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            if let Some(shared) = of_callback.upgrade() {
+                shared.lose(error.to_string());
+            }
+        }));
         let manner = Manner { spelling: Spelling::Exact, roots: Roots::Native };
         Device { device, queue, info, manner, shared }
     }
@@ -127,12 +127,13 @@ impl Device {
         &self.info
     }
 
-    /// Its name.
+    /// The name of its adapter.
     pub fn name(&self) -> String {
         self.info.name.clone()
     }
 
-    /// How it is made to compute the bits of the processor; what [`crate::probe`] finds.
+    /// The manner in which its programs compute. [`crate::probe`] finds the one with the bits of
+    /// the processor.
     pub fn manner(&self) -> Manner {
         self.manner
     }
@@ -142,10 +143,10 @@ impl Device {
         Device { manner, ..self }
     }
 
-    /// Gives the device up, as a driver does that is reset: it computes nothing any more.
+    /// Destroys the device, as the reset of a driver does. It then computes nothing.
     pub fn lose(&self) {
         self.device.destroy();
-        self.shared.lose("it was given up".to_owned());
+        self.shared.lose("it was destroyed".to_owned());
     }
 
     /// The layouts of constants, of the state and of the numbers of a substep.
@@ -216,21 +217,29 @@ impl Device {
         what: &'static str,
         content: &[T],
     ) -> Result<Buffer, GpuError> {
-        let bytes: &[u8] = cast_slice(content);
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
-        self.check_size(what, bytes.len() as u64)?;
-        let descriptor =
-            wgpu::util::BufferInitDescriptor { label: Some(what), contents: bytes, usage };
-        Ok(self.device.create_buffer_init(&descriptor))
+        self.filled(what, cast_slice(content), usage)
     }
 
     /// A uniform buffer with this content.
-    pub(crate) fn uniform<T: Pod>(&self, what: &'static str, content: &[T]) -> Buffer {
-        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some(what),
-            contents: cast_slice(content),
-            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
-        })
+    pub(crate) fn uniform<T: Pod>(
+        &self,
+        what: &'static str,
+        content: &[T],
+    ) -> Result<Buffer, GpuError> {
+        self.filled(what, cast_slice(content), BufferUsages::UNIFORM | BufferUsages::COPY_DST)
+    }
+
+    /// A buffer that is written by the queue: wgpu panics where one that it maps is refused.
+    fn filled(
+        &self,
+        what: &'static str,
+        content: &[u8],
+        usage: BufferUsages,
+    ) -> Result<Buffer, GpuError> {
+        let buffer = self.empty(what, content.len() as u64, usage)?;
+        self.queue.write_buffer(&buffer, 0, content);
+        Ok(buffer)
     }
 
     /// A buffer of so many bytes.
@@ -284,6 +293,7 @@ impl Device {
         &self,
         act: impl FnOnce() -> Result<T, GpuError>,
     ) -> Result<T, GpuError> {
+        self.check_lost()?;
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let use_of = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let done = act();
@@ -297,6 +307,20 @@ impl Device {
             }
             None => done,
         }
+    }
+
+    /// Lets the driver work, or waits for it.
+    pub(crate) fn poll(&self, how: wgpu::PollType) {
+        // wgpu panics where a wait shows that the driver was reset.
+        let poll = AssertUnwindSafe(|| drop(self.device.poll(how)));
+        if catch_unwind(poll).is_err() {
+            self.shared.lose("the driver was reset".to_owned());
+        }
+    }
+
+    /// Whether the device was lost.
+    pub fn is_lost(&self) -> bool {
+        self.check_lost().is_err()
     }
 
     /// Refuses a device that was lost.

@@ -3,14 +3,14 @@
 use crate::device::Device;
 use crate::error::GpuError;
 use crate::instances::{Instances, Outcome};
-use crate::simulation::{Tally, prepare, steps_of_batch};
-use msd_core::{Error, Ledger, Settings, Simulation};
+use crate::simulation::{Tally, note_unmeasured, prepare, steps_of_batch};
+use msd_core::{Error, Settings, Simulation};
 
 /// Simulations on a device that step together. They may differ in all but the method and the number
-/// of substeps; springs that are alike are stored once.
+/// of substeps. Equal tables of springs are stored once.
 ///
-/// Small scenes do not fill a device, and each substep takes as long as its latency. Many of them
-/// take hardly longer than one.
+/// A small scene does not fill a device: a substep takes as long as the latency of the device. Many
+/// small scenes take hardly longer than one. The processor repeats none of their steps as a check.
 #[derive(Debug)]
 pub struct Ensemble {
     instances: Instances,
@@ -24,8 +24,8 @@ impl Ensemble {
     /// Prepares a device to step simulations.
     ///
     /// # Errors
-    /// [`GpuError::Unsupported`] for none, for those of several methods or numbers of substeps, and
-    /// as of [`crate::GpuSimulation::new`].
+    /// [`GpuError::Unsupported`] if there are no simulations, or if they have several methods or
+    /// numbers of substeps; otherwise see [`crate::GpuSimulation::new`].
     pub async fn new(device: &Device, simulations: &[Simulation<f32>]) -> Result<Self, GpuError> {
         let of = |simulation: &Simulation<f32>| {
             let Settings { integrator, substeps, .. } = simulation.settings();
@@ -34,6 +34,7 @@ impl Ensemble {
         let [first, rest @ ..] = simulations else {
             return Err(GpuError::Unsupported("an ensemble of no scenes".to_owned()));
         };
+        refuse_input(simulations)?;
         if rest.iter().any(|other| of(other) != of(first)) {
             let reason = "an ensemble of several methods or numbers of substeps".to_owned();
             return Err(GpuError::Unsupported(reason));
@@ -46,16 +47,16 @@ impl Ensemble {
         })
     }
 
-    /// The steps so far by who took them, of all simulations together.
+    /// The steps of all simulations so far, by who took them; none of them is checked.
     pub fn tally(&self) -> Tally {
         self.tally
     }
 
-    /// Advances all simulations by so many steps, and returns why some of them ended early. Those
-    /// keep their last good state, as on the processor.
+    /// Advances all simulations by a number of steps, and returns why some of them ended early.
+    /// Those keep their last good state, as on the processor.
     ///
-    /// They must be those that the device was prepared for, or differ from them in their states
-    /// alone. The ledger of each holds NaN afterwards.
+    /// Pass the simulations that the device was prepared for; only their states may differ. The
+    /// ledger of each holds NaN after steps on the device.
     ///
     /// # Errors
     /// [`GpuError::Lost`]; each simulation then stands at the last state that was read back.
@@ -64,6 +65,7 @@ impl Ensemble {
         simulations: &mut [Simulation<f32>],
         steps: u64,
     ) -> Result<&[Option<Error>], GpuError> {
+        refuse_input(simulations)?;
         let mut left = steps;
         while 0 < left {
             self.instances.device().check_lost()?;
@@ -94,7 +96,7 @@ impl Ensemble {
     ) -> Result<(), Error> {
         if 0 < outcome.steps {
             simulation.set_state(&outcome.state, simulation.steps() + outcome.steps)?;
-            simulation.set_ledger(Ledger::of(f64::NAN));
+            note_unmeasured(simulation);
             self.tally.device += outcome.steps;
         }
         for _ in outcome.steps..batch {
@@ -103,4 +105,15 @@ impl Ensemble {
         }
         Ok(())
     }
+}
+
+/// Refuses simulations with queued interactions or pushes: these act on one step of one of them.
+fn refuse_input(simulations: &[Simulation<f32>]) -> Result<(), GpuError> {
+    let has_input = |simulation: &Simulation<f32>| {
+        !simulation.queued().is_empty() || !simulation.model().pushes().is_empty()
+    };
+    if simulations.iter().any(has_input) {
+        return Err(GpuError::Unsupported("queued interactions in an ensemble".to_owned()));
+    }
+    Ok(())
 }

@@ -6,15 +6,15 @@ use msd_core::Error;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
-    /// No driver is installed, or none has the name.
-    #[error("no graphics adapter{0}; `msd devices` lists them")]
+    /// No driver is installed, or no adapter has the name.
+    #[error("there is no graphics adapter{0}")]
     NoAdapter(String),
-    /// The adapter cannot compute.
-    #[error("{adapter} has no compute shaders: it allows {most} storage buffers, and 8 are needed")]
+    /// The adapter has too few storage buffers, or no compute shaders.
+    #[error("{adapter} allows {most} storage buffers in a shader; msd needs 8")]
     NoCompute {
         /// Its name.
         adapter: String,
-        /// The storage buffers that a program may have.
+        /// The most storage buffers of a shader.
         most: u32,
     },
     /// The adapter refuses to open a device.
@@ -22,45 +22,45 @@ pub enum GpuError {
     NoDevice {
         /// Its name.
         adapter: String,
-        /// The words of the driver.
+        /// The message of the driver.
         reason: String,
     },
-    /// The scene needs what a device does not step.
-    #[error("a GPU does not step {0}; run the scene on the processor (--device cpu)")]
+    /// The scene has a part that a device does not step.
+    #[error("a GPU does not step {0}")]
     Unsupported(String),
     /// A buffer is larger than the device allows.
-    #[error("{what} take {bytes} bytes, and {adapter} allows {most} in one buffer")]
+    #[error("the buffer of {what} needs {bytes} bytes; {adapter} allows {most}")]
     TooLarge {
         /// The content of the buffer.
         what: &'static str,
-        /// Its size.
+        /// The size of the buffer, bytes.
         bytes: u64,
         /// The name of the adapter.
         adapter: String,
-        /// The most that fits.
+        /// The size limit of the device, bytes.
         most: u64,
     },
-    /// The memory of the device is used up, or it refuses a program.
-    #[error("{adapter} refuses: {reason}")]
+    /// The device is out of memory, or it refuses a program.
+    #[error("{adapter} refused a buffer or a program: {reason}")]
     Refused {
         /// The name of the adapter.
         adapter: String,
-        /// The words of the driver.
+        /// The message of the driver.
         reason: String,
     },
-    /// The device is gone: a driver was reset, or a card was removed. The simulation stands at the
-    /// last state that was read back.
+    /// The device is gone: a driver was reset, or a card was removed. The simulation keeps the last
+    /// state that was read back.
     #[error("{adapter} was lost: {reason}")]
     Lost {
         /// The name of the adapter.
         adapter: String,
-        /// The words of the driver.
+        /// The message of the driver.
         reason: String,
     },
     /// The bits of a step differ from those of the processor.
     #[error(
-        "{adapter} computed step {step} with other bits than the processor, first of particle \
-         {particle}; the run stands before that step"
+        "{adapter} computed other bits than the processor in step {step}, first for particle \
+         {particle}; the state before that step is kept"
     )]
     Differs {
         /// The name of the adapter.

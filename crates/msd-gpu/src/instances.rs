@@ -96,11 +96,11 @@ struct Pending {
 /// Steps of an instance that were computed.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// The number of them.
+    /// The number of steps.
     pub steps: u64,
     /// Whether the device refused the step after them.
     pub refused: bool,
-    /// The state after them, in the order of the scene.
+    /// The state after the steps, particles in the order of the scene.
     pub state: State<f32>,
 }
 
@@ -187,7 +187,7 @@ impl Instances {
         let buffers = Buffers::new(device, &numbers, &own, (slices, all_flags), all.len())?;
         let topology = device.storage("rows of springs", &topology)?;
         let of_substeps = substep_numbers(settings.substeps, [slices, all.len() as u32]);
-        let of_substeps = device.uniform("numbers of substeps", &of_substeps);
+        let of_substeps = device.uniform("numbers of substeps", &of_substeps)?;
         let [of_constants, of_states, of_numbers] = device.layouts();
         let constants = [device.exact(), &buffers.params, &topology, &buffers.numbers];
         let way = |from: usize| {
@@ -260,8 +260,7 @@ impl Instances {
 
     /// Waits until nothing is under way.
     pub fn idle(&self) -> Result<(), GpuError> {
-        // A failure to wait is a device that is lost.
-        drop(self.device.device.poll(wgpu::PollType::wait_indefinitely()));
+        self.device.poll(wgpu::PollType::wait_indefinitely());
         self.device.check_lost()
     }
 
@@ -285,8 +284,7 @@ impl Instances {
     /// Waits for the steps that were submitted.
     pub fn wait(&mut self) -> Result<Vec<Outcome>, GpuError> {
         loop {
-            // A failure to wait shows in the outcome.
-            drop(self.device.device.poll(wgpu::PollType::wait_indefinitely()));
+            self.device.poll(wgpu::PollType::wait_indefinitely());
             if let Some(outcomes) = self.poll()? {
                 return Ok(outcomes);
             }
@@ -296,10 +294,10 @@ impl Instances {
     /// The outcomes of the steps that were submitted, once they are there; never blocks. Where a
     /// step was refused, the states before it are read back as well.
     pub fn poll(&mut self) -> Result<Option<Vec<Outcome>>, GpuError> {
-        drop(self.device.device.poll(wgpu::PollType::Poll));
+        self.device.poll(wgpu::PollType::Poll);
         let pending = self.pending.take().expect("steps that were submitted");
         match pending.mapped.try_recv() {
-            Ok(Ok(())) => {}
+            Ok(Ok(())) => self.device.check_lost()?,
             Err(TryRecvError::Empty) => {
                 self.device.check_lost()?;
                 self.pending = Some(pending);

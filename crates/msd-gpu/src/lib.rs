@@ -1,9 +1,9 @@
-//! Steps mass-spring-damper systems on a graphics card, to the bits of `msd-core`.
+//! Steps mass-spring-damper systems on a graphics card, with the same bits as `msd-core`.
 //!
-//! The laws of the core are functions over numbers. A number that records what is done to it writes
-//! them as WGSL, in a form that no compiler may fuse or reorder (`shader/`). Springs are gathered
-//! particle by particle in the order of the sums of the core (`rows.rs`). So a device computes the
-//! same bits, and all that was measured on the processor holds for it: errors, limits, tuning.
+//! The laws of the core are functions over a number type. One such type records each operation and
+//! writes the laws as WGSL, in a form that no compiler may fuse or reorder (`shader/`). Each
+//! particle gathers its springs in the order in which the core adds them (`rows.rs`). So a device
+//! computes the same bits: errors, limits and settings measured on the processor hold for it.
 //!
 //! ```no_run
 //! use msd_gpu::{Device, GpuSimulation, Verdict, probe};

@@ -9,6 +9,8 @@ use msd_core::{Grab, Integrator, Interaction, Ledger, Simulation};
 use std::slice;
 use wgpu::Buffer;
 
+/// The most substeps of a step: each has numbers of its own.
+const MOST_SUBSTEPS: u32 = 10_000;
 /// Evaluations of springs in a batch of steps.
 const BATCH: u64 = 200_000_000;
 /// Steps of a batch at most: between two of them a step may be checked.
@@ -19,9 +21,9 @@ const MOST_PATIENCE: u64 = 64;
 /// A simulation on a device.
 ///
 /// The processor's [`Simulation`] keeps the model, the queue, the ledger and the last state that
-/// was read back. The device takes batches of steps of it. A step that it cannot take to the bit,
-/// such as one in which a particle meets several planes, it refuses before anything of it counts,
-/// and the processor takes it.
+/// was read back. The device takes its steps in batches. It refuses a step that it cannot take with
+/// the same bits, such as one in which a particle touches several planes. The processor takes that
+/// step from the state before it.
 #[derive(Debug)]
 pub struct GpuSimulation {
     instances: Instances,
@@ -40,11 +42,11 @@ pub struct GpuSimulation {
 /// The steps of a simulation by who took them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Those of the device.
+    /// Steps of the device.
     pub device: u64,
-    /// Those that it left to the processor.
+    /// Steps that the device left to the processor.
     pub processor: u64,
-    /// Those of the device that the processor has taken again, with the same bits.
+    /// Steps of the device that the processor has repeated and compared.
     pub checked: u64,
 }
 
@@ -85,22 +87,23 @@ impl GpuSimulation {
         Tally { checked: self.checker.checked(), ..self.tally }
     }
 
-    /// The current positions, four numbers of which the last is a reciprocal mass, and velocities,
-    /// of which the last is a mass, in turn: 32 bytes for each particle.
+    /// The current state, eight `f32` or 32 bytes for each particle: x, y, z, reciprocal mass, vx,
+    /// vy, vz, mass.
     pub fn state_buffer(&self) -> &Buffer {
         self.instances.state_buffer()
     }
 
-    /// Advances by so many steps, and waits for them.
+    /// Advances by a number of steps, and waits for them.
     ///
-    /// The simulation must be that which the device was prepared for, or one that differs from it
-    /// in state, grabs and queue alone. The energy that steps on a device dissipate is not
-    /// measured: the ledger of the simulation then holds NaN.
+    /// Pass the simulation that the device was prepared for; only state, grabs and queue may
+    /// differ. A device does not measure the dissipated energy: after its steps, the ledger of the
+    /// simulation holds NaN.
     ///
     /// # Errors
     /// [`GpuError::Step`] for a step that fails, as on the processor; the steps before it are
-    /// taken. [`GpuError::Lost`] or [`GpuError::Refused`]: the simulation then stands at the last
-    /// state that was read back, and the processor may go on.
+    /// taken. [`GpuError::Lost`] or [`GpuError::Refused`]: the simulation keeps the last state that
+    /// was read back, and the processor may continue. [`GpuError::Differs`]: a check failed, and
+    /// the simulation has the state before the step that differs.
     pub fn advance(
         &mut self,
         simulation: &mut Simulation<f32>,
@@ -118,8 +121,13 @@ impl GpuSimulation {
         Ok(())
     }
 
-    /// Begins a batch of at most so many steps from the current state. Returns false where the next
-    /// step is the processor's.
+    /// Notes that forces or pins were changed other than through the queue.
+    pub fn renew_check(&mut self) {
+        self.checker.renew();
+    }
+
+    /// Begins a batch of at most `most` steps from the current state. Returns false if the
+    /// processor must take the next step.
     ///
     /// # Errors
     /// See [`GpuSimulation::advance`].
@@ -129,18 +137,16 @@ impl GpuSimulation {
             self.patience.1 -= 1;
             return Ok(false);
         }
-        if !takes_queue(simulation) {
+        if !can_take(simulation) {
             return Ok(false);
         }
-        simulation.apply_queued()?;
         self.load(simulation);
         self.is_checked = self.checker.is_due(simulation.steps());
         self.instances.submit(if self.is_checked { 1 } else { most.min(self.batch) });
         Ok(true)
     }
 
-    /// Takes a step by the processor, and prepares the device anew where what is queued changes the
-    /// model.
+    /// Takes a step on the processor, and prepares the device again if the queue changes the model.
     ///
     /// # Errors
     /// See [`Simulation::step`] and [`GpuSimulation::new`].
@@ -173,7 +179,7 @@ impl GpuSimulation {
         self.check(simulation, outcome)?;
         if 0 < outcome.steps {
             simulation.set_state(&outcome.state, simulation.steps() + outcome.steps)?;
-            simulation.set_ledger(Ledger::of(f64::NAN));
+            note_unmeasured(simulation);
             self.tally.device += outcome.steps;
         }
         if !outcome.refused {
@@ -203,7 +209,7 @@ impl GpuSimulation {
     /// Waits for the check that is under way.
     ///
     /// # Errors
-    /// [`GpuError::Differs`]: the simulation then stands before the step that differs.
+    /// [`GpuError::Differs`]: the simulation has the state before the step that differs.
     pub fn finish_check(&mut self, simulation: &mut Simulation<f32>) -> Result<(), GpuError> {
         let found = self.checker.wait();
         self.refuse_difference(simulation, found)
@@ -228,8 +234,8 @@ impl GpuSimulation {
         self.instances.load(0, simulation);
     }
 
-    /// Computes so many steps from the current state of a simulation, and waits for them, but reads
-    /// nothing back: for measurements.
+    /// Computes a number of steps from the current state of a simulation, and waits for them. It
+    /// reads nothing back, for measurements of speed.
     ///
     /// # Errors
     /// [`GpuError::Lost`].
@@ -252,8 +258,8 @@ impl GpuSimulation {
         self.instances.idle()
     }
 
-    /// Reads back the state after steps that were computed, and whether the device refused one; it
-    /// computes none after that.
+    /// Reads back the state after computed steps, and whether the device refused one. The device
+    /// computes no step after a refused one.
     ///
     /// # Errors
     /// [`GpuError::Lost`].
@@ -285,6 +291,14 @@ impl GpuSimulation {
     }
 }
 
+/// Notes that a device has taken steps: it measures neither the dissipated energy nor contacts, and
+/// particles may have touched any plane.
+pub fn note_unmeasured(simulation: &mut Simulation<f32>) {
+    simulation.set_ledger(Ledger::of(f64::NAN));
+    let has_planes = !simulation.model().planes().is_empty();
+    simulation.set_touched(has_planes);
+}
+
 /// Prepares a device to step simulations.
 pub async fn prepare(
     device: &Device,
@@ -302,7 +316,8 @@ pub fn steps_of_batch(simulations: &[Simulation<f32>]) -> u64 {
     let of_step = |simulation: &Simulation<f32>| {
         let (model, settings) = (simulation.model(), simulation.settings());
         let per_substep = if settings.integrator == Integrator::Rk4 { 4 } else { 1 };
-        let each = model.spring_count() + model.particle_count();
+        // A dispatch takes as long as at least so many evaluations.
+        let each = (model.spring_count() + model.particle_count()).max(20_000);
         each as u64 * per_substep * u64::from(settings.substeps)
     };
     (BATCH / simulations.iter().map(of_step).sum::<u64>().max(1)).clamp(1, MOST_STEPS)
@@ -321,15 +336,16 @@ fn unsupported(simulation: &Simulation<f32>) -> Option<String> {
     }
     let kinds = [
         (model.particle_count() == 0, "a scene without particles"),
+        (MOST_SUBSTEPS < settings.substeps, "more than 10 000 substeps"),
         (simulation.has_own_method(), "a user-defined method"),
         (0 < model.bends().count(), "bends"),
         (0 < model.volumes().count(), "volumes"),
         (model.air().is_some(), "air"),
         (0 < own, "user-defined elements"),
-        (!model.shells().is_empty(), "bodies that meet each other or have a thickness"),
+        (!model.shells().is_empty(), "bodies that collide with each other or have a thickness"),
         (!model.solids().is_empty(), "solids other than planes"),
         (0 < own_obstacles, "user-defined obstacles"),
-        (0 < guides, "guided pins"),
+        (0 < guides, "pins that follow key frames or a solid"),
     ];
     let kind = kinds.into_iter().find(|(is_there, _)| *is_there);
     kind.map(|(_, what)| what.to_owned())
@@ -337,13 +353,12 @@ fn unsupported(simulation: &Simulation<f32>) -> Option<String> {
         .or_else(|| many(model.grabs().len(), MOST_GRABS, "grabs"))
 }
 
-/// Whether the device can take the next step: what is queued changes grabs alone, and no push acts.
-fn takes_queue(simulation: &Simulation<f32>) -> bool {
-    use Interaction::{Grab, Release};
-    let is_hand = |interaction: &Interaction| matches!(interaction, Grab { .. } | Release { .. });
+/// Whether the device can take the next step: the processor applies what is queued, so that a step
+/// that fails leaves the queue, and pushes particles.
+fn can_take(simulation: &Simulation<f32>) -> bool {
     let model = simulation.model();
-    let grabs = model.grabs().len() + simulation.queued().len();
-    simulation.queued().iter().all(is_hand) && model.pushes().is_empty() && grabs <= MOST_GRABS
+    let is_alone = simulation.queued().is_empty() && model.pushes().is_empty();
+    is_alone && model.grabs().len() <= MOST_GRABS
 }
 
 /// Whether an interaction changes what a device was prepared with.

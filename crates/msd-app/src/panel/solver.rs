@@ -142,8 +142,8 @@ fn device(ui: &mut Ui, viewer: &mut Viewer) {
     let mut is_on = is_opening || device.is_some();
     let name = device.map_or(String::new(), |device| format!("{}. ", device.name()));
     let hover = format!(
-        "{name}Steps on the graphics card, to the bits of the processor. Now and then a thread \
-         takes a step again on the processor and compares"
+        "{name}Steps on the graphics card, with the same bits as the processor. A thread repeats \
+         some of the steps on the processor and compares"
     );
     let text = if is_opening { "GPU …" } else { "GPU" };
     let widget = egui::Checkbox::new(&mut is_on, text);

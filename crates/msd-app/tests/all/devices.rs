@@ -157,9 +157,9 @@ fn what_a_device_does_not_step_is_refused_with_the_reason_and_what_to_do() {
         ),
         (
             &["run", "cloth", "--substeps", "auto"],
-            "cloth: a GPU does not choose substeps; add --substeps 6, with which the run would",
+            "cloth: a GPU does not choose substeps; add --substeps 6, the first choice of",
         ),
-        (&["bench", "drape", "5"], "drape 5: a GPU does not step bodies that meet"),
+        (&["bench", "drape", "5"], "drape 5: a GPU does not step bodies that collide"),
         (&["run", "--replay", "r.msdrec"], "'--replay <FILE.msdrec>' cannot be used with"),
         (&["view", "jelly"], "there is no option --device of msd view; it belongs to msd run, msd"),
     ] {

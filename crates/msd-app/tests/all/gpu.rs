@@ -88,7 +88,7 @@ fn a_device_takes_neither_automatic_substeps_nor_f64_and_says_so() {
     run_to(&mut session, 3);
     assert!(session.device().is_none());
     let refusal = session.refusal().expect("a reason");
-    assert!(refusal.contains("f64") && refusal.contains("goes on on the processor"), "{refusal}");
+    assert!(refusal.contains("f64") && refusal.contains("continues on the processor"), "{refusal}");
 }
 
 #[test]

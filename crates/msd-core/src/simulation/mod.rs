@@ -393,7 +393,7 @@ impl<R: Real> Simulation<R> {
         {
             let (_, now) = self.state.get(at);
             let pinned = self.model.is_pinned(particle);
-            self.state.put(at, (position, if pinned { now } else { velocity }));
+            self.state.put(at, (position, if pinned && now != velocity { now } else { velocity }));
         }
         // Impulses of shells belong to the state that was.
         self.rows.set_impulses(&[]);

@@ -89,6 +89,11 @@ pub struct Held {
 }
 
 impl<R: Real> Simulation<R> {
+    /// Sets whether anything touched an obstacle in the last step, which another machine has taken.
+    pub fn set_touched(&mut self, touched: bool) {
+        self.touched = touched;
+    }
+
     /// Returns a checkpoint of the run: the current rows of its scene, and its progress.
     pub fn progress(&self) -> (Scene, Progress) {
         let grabs = self.model.grabs().iter().map(held::<R>);

@@ -83,7 +83,11 @@ fn springs_in_any_order_and_with_numbers_of_their_own_have_the_bits_of_the_proce
 fn pins_that_move_drag_and_a_uniform_force_have_the_bits_of_the_processor() {
     let Some(device) = device() else { return };
     let mut scene = block();
-    scene.pins = vec![Pin { particle: 0, velocity: DVec3::new(0.3, 0.1, -0.2) }];
+    scene.pins = vec![
+        Pin { particle: 0, velocity: DVec3::new(0.3, 0.1, -0.2) },
+        // The sign of a zero is a bit, too.
+        Pin { particle: 9, velocity: DVec3::new(-0.0, 0.2, -0.0) },
+    ];
     scene.world.drag = 0.02;
     scene.world.force = DVec3::new(0.01, 0.0, 0.02);
     for integrator in METHODS {

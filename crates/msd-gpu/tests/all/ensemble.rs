@@ -67,3 +67,14 @@ fn simulations_of_several_methods_are_no_ensemble() {
     let error = pollster::block_on(Ensemble::new(&device, &two)).expect_err("two methods");
     assert!(matches!(error, GpuError::Unsupported(_)), "{error}");
 }
+
+#[test]
+fn queued_interactions_are_no_part_of_an_ensemble() {
+    let Some(device) = device() else { return };
+    let mut simulations = vec![start("chain", Integrator::Rk4, 8); 2];
+    let ensemble = pollster::block_on(Ensemble::new(&device, &simulations));
+    let mut ensemble = ensemble.expect("scenes for a device");
+    simulations[1].queue(Interaction::Cut { spring: 0 }).expect("a spring");
+    let refused = ensemble.advance(&mut simulations, 1).map(<[_]>::len);
+    assert!(matches!(refused, Err(GpuError::Unsupported(_))), "{refused:?}");
+}

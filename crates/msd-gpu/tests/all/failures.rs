@@ -1,8 +1,9 @@
 //! Devices that fail, and runs that diverge: typed errors, and nothing is lost.
 
 use super::{assert_same, device, prepared};
-use msd_core::{Integrator, Settings, Simulation};
-use msd_gpu::{Device, GpuError, Manner, Roots};
+use msd_core::glam::DVec3;
+use msd_core::{Integrator, Interaction, Settings, Simulation};
+use msd_gpu::{Device, GpuError, GpuSimulation, Manner, Roots};
 use msd_scene::open;
 
 fn cloth(substeps: u32) -> Simulation<f32> {
@@ -82,4 +83,39 @@ fn a_device_with_other_bits_is_found_while_it_runs() {
     let Err(GpuError::Differs { step, .. }) = found else { panic!("{found:?}") };
     // The first step is checked; the run stands before it.
     assert_eq!((step, simulation.steps()), (1, 0));
+}
+
+#[test]
+fn a_step_that_fails_leaves_what_was_queued_for_it() {
+    let Some(device) = device() else { return };
+    let mut simulation = cloth(1);
+    let mut gpu = prepared(&device, &simulation);
+    gpu.advance(&mut simulation, 2).expect("two steps before it diverges");
+    let grab = Interaction::Grab {
+        particle: 7,
+        target: DVec3::splat(1e30),
+        frequency: 1e9,
+        damping_ratio: 0.0,
+        max_force: 1e30,
+    };
+    simulation.queue(grab).expect("a wild grab");
+    let failed = gpu.advance(&mut simulation, 1);
+    assert!(matches!(failed, Err(GpuError::Step(_))), "{failed:?}");
+    assert_eq!((simulation.queued().len(), simulation.model().grabs().len()), (1, 0));
+}
+
+#[test]
+fn a_device_that_is_lost_is_prepared_no_more() {
+    let Some(device) = device() else { return };
+    device.lose();
+    let refused = pollster::block_on(GpuSimulation::new(&device, &cloth(8)));
+    assert!(matches!(refused, Err(GpuError::Lost { .. })), "{refused:?}");
+    assert!(device.is_lost());
+}
+
+#[test]
+fn more_substeps_than_a_device_numbers_are_refused() {
+    let Some(device) = device() else { return };
+    let refused = pollster::block_on(GpuSimulation::new(&device, &cloth(20_000)));
+    assert!(matches!(refused, Err(GpuError::Unsupported(_))), "{refused:?}");
 }

@@ -52,7 +52,7 @@ impl Gpu {
         let verdict = probe(&device).await.map_err(refusal)?;
         let manner = same_bits(&verdict).ok_or_else(|| {
             let why = format!("{} computes {verdict}", device.name());
-            Refusal::new(why, "use the processor (--device cpu) or another of `msd devices`")
+            Refusal::new(why, "use the processor (--device cpu) or another adapter")
         })?;
         let (device, verdict) = (device.with_manner(manner), verdict.to_string());
         let simulation = GpuSimulation::new(&device, simulation).await.map_err(refusal)?;
@@ -63,8 +63,8 @@ impl Gpu {
     pub fn win_race(&mut self, runner: &Runner) -> Result<String, Refusal> {
         let (mut here, mut there) = (runner.clone(), runner.clone());
         let name = self.name();
-        let failed = |_| Refusal::new("a copy of the run diverged while both were timed", "");
-        let lost = || Refusal::new(format!("{name} failed while both were timed"), "");
+        let failed = |_| Refusal::new("a copy of the run diverged while msd timed it", "");
+        let lost = || Refusal::new(format!("{name} failed while msd timed it"), "");
         let first = timed(1, |_| here.step()).map_err(failed)?;
         let steps = ((RACE / first.max(1e-9)) as u64).clamp(1, MOST_RACED);
         let ours = timed(steps, |_| here.step()).map_err(failed)?;
@@ -84,9 +84,9 @@ impl Gpu {
             // Without the steps of the race.
             let anew = GpuSimulation::new(self.simulation.device(), steppable(runner)?);
             self.simulation = block_on(anew).map_err(refusal)?;
-            return Ok(format!("{its} per step beside {mine} of the processor; {}", self.verdict));
+            return Ok(format!("{its} per step, {mine} on the processor; {}", self.verdict));
         }
-        Err(Refusal::new(format!("a step takes {mine}, and {its} by {name}"), ""))
+        Err(Refusal::new(format!("a step takes {mine}, and {its} on {name}"), ""))
     }
 
     /// The name of the adapter.
@@ -143,7 +143,7 @@ impl Gpu {
             return Ok(());
         }
         let name = self.name();
-        Err(Failure::input(format!("{name} left a step to the processor: its speed is unknown")))
+        Err(Failure::input(format!("{name} left a step to the processor: no speed measured")))
     }
 }
 
@@ -167,7 +167,7 @@ fn steppable(runner: &Runner) -> Result<&Simulation<f32>, Refusal> {
         // The processor looks at the energy of each step, which a device does not measure.
         let (Settings { step, substeps, .. }, frame) = (simulation.settings(), 1.0 / 60.0);
         let substeps = (f64::from(substeps) * frame / step - 1e-6).ceil();
-        let advice = format!("add --substeps {substeps}, with which the run would begin");
+        let advice = format!("add --substeps {substeps}, the first choice of --substeps auto");
         return Err(Refusal::new("a GPU does not choose substeps", &advice));
     }
     Ok(simulation)
@@ -251,7 +251,7 @@ mod tests {
         assert_eq!(advance(3), None);
         device.lose();
         let warning = advance(3).expect("a warning");
-        assert!(warning.ends_with("; the run goes on on the processor"), "{warning}");
+        assert!(warning.ends_with("; the run continues on the processor"), "{warning}");
         assert_eq!(advance(3), None);
         assert_eq!(stepper.taken().device, 3);
         let steps = runner.steps();

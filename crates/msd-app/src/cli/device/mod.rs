@@ -64,7 +64,7 @@ pub struct DeviceSteps {
 }
 
 impl DeviceSteps {
-    /// Their parts, of which a step has so many.
+    /// Returns the counts in substeps, of which a step has `parts`.
     pub fn times(self, parts: u64) -> Self {
         DeviceSteps { device: self.device * parts, checked: self.checked * parts }
     }
@@ -147,7 +147,7 @@ impl Stepper {
         if lost.is_some() {
             (self.taken, self.gpu) = (gpu.steps(), None);
         }
-        Ok(lost.map(|why| format!("{why}; the run goes on on the processor")))
+        Ok(lost.map(|why| format!("{why}; the run continues on the processor")))
     }
 
     /// Waits at the end of a run for the check of a step of the device.

@@ -75,6 +75,8 @@ impl DeviceRun {
     /// Voids the step under way: the user moves what they hold.
     pub(in crate::session) fn void(&mut self) {
         (self.is_void, self.is_moved) = (true, true);
+        // A gust or a pin.
+        self.gpu.renew_check();
     }
 
     /// Prepares the device anew before the next step: the model may have changed.
@@ -144,6 +146,10 @@ fn steppable(runner: &Runner) -> Result<&Simulation<f32>, GpuError> {
 pub(super) fn failure_of(error: GpuError) -> Result<Error, String> {
     match error {
         GpuError::Step(error) => Ok(error),
-        other => Err(format!("{other}; the run goes on on the processor")),
+        GpuError::Differs { adapter, step, .. } => Err(format!(
+            "{adapter} computed other bits than the processor in step {step}; the run continues on \
+             the processor from its current state"
+        )),
+        other => Err(format!("{other}; the run continues on the processor")),
     }
 }

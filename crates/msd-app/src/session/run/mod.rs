@@ -97,13 +97,15 @@ impl Run {
     #[cfg(not(target_arch = "wasm32"))]
     fn step_anywhere(&mut self) -> Result<(), Error> {
         let Some(device) = &mut self.device.0 else { return self.runner.step() };
-        match device.step(&mut self.runner) {
-            Ok(()) => Ok(()),
-            Err(error) => {
-                self.end_device(error)?;
-                self.runner.step()
-            }
+        let before = self.runner.moment();
+        let Err(error) = device.step(&mut self.runner) else { return Ok(()) };
+        let differs = matches!(error, GpuError::Differs { .. });
+        self.end_device(error)?;
+        if differs {
+            // History and recording hold the steps since then.
+            self.runner.go_back(&before)?;
         }
+        if before.steps < self.runner.steps() { Ok(()) } else { self.runner.step() }
     }
 
     /// Returns whether the next step can be taken now: a device may still be computing it.

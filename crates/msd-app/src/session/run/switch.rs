@@ -19,6 +19,9 @@ pub enum GpuSwitch {
 impl GpuSwitch {
     /// The device, if it is open; otherwise begins to open it.
     pub(in crate::session) fn ask(&mut self) -> Option<Device> {
+        if matches!(self, GpuSwitch::Open(device) if device.is_lost()) {
+            *self = GpuSwitch::Unknown;
+        }
         match self {
             GpuSwitch::Open(device) => return Some((**device).clone()),
             GpuSwitch::Opening(_) => {}
