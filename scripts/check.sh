@@ -53,7 +53,7 @@ examples() {
 # instructions of a step, counted, optimised.
 bench() {
     local name
-    for name in step performance stability promise trade; do
+    for name in step performance stability promise trade gpu; do
         MSD_CACHE= cargo bench --profile dev --bench "$name" "${features[@]}" -- --test
     done
     cargo bench --bench instructions
