@@ -88,20 +88,22 @@ fn a_device_with_other_bits_is_found_while_it_runs() {
 #[test]
 fn a_step_that_fails_leaves_what_was_queued_for_it() {
     let Some(device) = device() else { return };
-    let mut simulation = cloth(1);
+    let (mut here, mut simulation) = (cloth(1), cloth(1));
+    while here.step().is_ok() {}
     let mut gpu = prepared(&device, &simulation);
-    gpu.advance(&mut simulation, 2).expect("two steps before it diverges");
+    gpu.advance(&mut simulation, here.steps()).expect("the steps before it diverges");
     let grab = Interaction::Grab {
         particle: 7,
-        target: DVec3::splat(1e30),
-        frequency: 1e9,
-        damping_ratio: 0.0,
-        max_force: 1e30,
+        target: DVec3::ZERO,
+        frequency: 1.0,
+        damping_ratio: 1.0,
+        max_force: 1.0,
     };
-    simulation.queue(grab).expect("a wild grab");
+    simulation.queue(grab).expect("a grab");
     let failed = gpu.advance(&mut simulation, 1);
     assert!(matches!(failed, Err(GpuError::Step(_))), "{failed:?}");
     assert_eq!((simulation.queued().len(), simulation.model().grabs().len()), (1, 0));
+    assert_same("the last good state", &here, &simulation);
 }
 
 #[test]
