@@ -2,7 +2,7 @@
 
 use crate::error::GpuError;
 use crate::shader::symbol::Spelling;
-use crate::shader::{Choice, Manner, Roots, programs};
+use crate::shader::{Choice, Manner, Roots, names, programs};
 use bytemuck::{Pod, cast_slice};
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -163,8 +163,7 @@ impl Device {
     pub(crate) fn programs(&self, choice: Choice) -> Programs {
         let mut known = self.shared.programs.lock().expect("no panic while it is held");
         let make = || {
-            let names =
-                ["begin_step", "clear_flags"].into_iter().chain(choice.kind.programs().to_vec());
+            let names = names(choice.kind).chain(["clear_flags"]);
             self.compile(&programs(choice, self.manner), names)
         };
         known.entry((choice, self.manner)).or_insert_with(make).clone()
@@ -186,7 +185,7 @@ impl Device {
                 label: Some(name),
                 layout: Some(&layout),
                 module: &module,
-                entry_point: Some(name),
+                entry_point: Some(&format!("run_{name}")),
                 compilation_options: Default::default(),
                 cache: None,
             });

@@ -112,7 +112,7 @@ impl Kind {
         matches!(self, Kind::Verlet | Kind::Rk4)
     }
 
-    /// The names of its programs, beside `begin_step` and `clear_flags`.
+    /// The names of its programs of each particle, beside `begin_step`.
     pub fn programs(self) -> &'static [&'static str] {
         match self {
             Kind::Explicit | Kind::Symplectic => &["advance"],
@@ -131,6 +131,23 @@ pub struct Choice {
     pub bounces: bool,
     /// Whether there are several instances.
     pub are_several: bool,
+}
+
+/// The names of the programs of each particle.
+pub fn names(kind: Kind) -> impl Iterator<Item = &'static str> {
+    ["begin_step"].into_iter().chain(kind.programs().iter().copied())
+}
+
+/// The entry `run_NAME` of a program: a thread for each particle, with what it starts from.
+fn entry(name: &str) -> String {
+    format!(
+        "@compute @workgroup_size({THREADS})\n\
+         fn run_{name}(@builtin(workgroup_id) group: vec3<u32>,\n    \
+         @builtin(local_invocation_index) lane: u32) {{\n    \
+         let at = place(group, lane);\n    \
+         if at.is_there {{\n        \
+         {name}(at, state[2u * at.i], state[2u * at.i + 1u]);\n    }}\n}}\n"
+    )
 }
 
 /// The programs of a method.
@@ -153,7 +170,7 @@ pub fn programs(choice: Choice, manner: Manner) -> String {
         Kind::Rk4 => include_str!("rk4.wgsl").to_owned(),
     };
     // A constant, so that a compiler loads parameters once for all threads.
-    let me = if are_several { "me" } else { "0u" };
-    [laws(manner), step.replace("ME]", &format!("{me}]")), method.replace("ME]", &format!("{me}]"))]
-        .concat()
+    let me = if are_several { "me]" } else { "0u]" };
+    let entries: String = names(kind).map(entry).collect();
+    [laws(manner), [step, method].concat().replace("ME]", me), entries].concat()
 }

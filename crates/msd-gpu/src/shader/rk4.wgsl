@@ -11,9 +11,14 @@ fn held_in_stage(x: vec3<f32>, v: vec3<f32>, v0: vec3<f32>, w: f32, reach: f32, 
     return held(plane_below(x, w), v, kick, reach, is_last);
 }
 
-fn next_stage(at: At, weight: f32, reach: f32, is_first: bool) {
-    let xw = state[2u * at.i];
-    let vm = state[2u * at.i + 1u];
+fn next_stage(
+    at: At,
+    xw: vec4<f32>,
+    vm: vec4<f32>,
+    weight: f32,
+    reach: f32,
+    is_first: bool,
+) {
     let stiffness = own[4u * at.i].w;
     var x0 = own[4u * at.i].xyz;
     var v0 = own[4u * at.i + 1u].xyz;
@@ -36,50 +41,19 @@ fn next_stage(at: At, weight: f32, reach: f32, is_first: bool) {
     next[2u * at.i + 1u] = vec4<f32>(v, vm.w);
 }
 
-@compute @workgroup_size(64)
-fn stage_1(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let at = place(group, lane);
-    if at.is_there {
-        next_stage(at, exact.one, params[ME].half, true);
-    }
+fn stage_1(at: At, xw: vec4<f32>, vm: vec4<f32>) {
+    next_stage(at, xw, vm, exact.one, params[ME].half, true);
 }
 
-@compute @workgroup_size(64)
-fn stage_2(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let at = place(group, lane);
-    if at.is_there {
-        next_stage(at, 2f, params[ME].half, false);
-    }
+fn stage_2(at: At, xw: vec4<f32>, vm: vec4<f32>) {
+    next_stage(at, xw, vm, 2f, params[ME].half, false);
 }
 
-@compute @workgroup_size(64)
-fn stage_3(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let at = place(group, lane);
-    if at.is_there {
-        next_stage(at, 2f, params[ME].h, false);
-    }
+fn stage_3(at: At, xw: vec4<f32>, vm: vec4<f32>) {
+    next_stage(at, xw, vm, 2f, params[ME].h, false);
 }
 
-@compute @workgroup_size(64)
-fn stage_4(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let at = place(group, lane);
-    if !at.is_there {
-        return;
-    }
-    let xw = state[2u * at.i];
-    let vm = state[2u * at.i + 1u];
+fn stage_4(at: At, xw: vec4<f32>, vm: vec4<f32>) {
     let kept = own[4u * at.i];
     let v0 = own[4u * at.i + 1u].xyz;
     let f = forces(at, xw.xyz, vm.xyz, vm.w);
@@ -91,13 +65,8 @@ fn stage_4(
 }
 
 // Finds whether a particle lies on a plane at the start of a substep, for all stages of it.
-@compute @workgroup_size(64)
-fn find_resting(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let at = place(group, lane);
-    if at.is_there && plane_below(state[2u * at.i].xyz, state[2u * at.i].w) != 0u {
+fn find_resting(at: At, xw: vec4<f32>, vm: vec4<f32>) {
+    if plane_below(xw.xyz, xw.w) != 0u {
         note_lies(substep.x);
     }
 }

@@ -161,7 +161,7 @@ fn held(below: u32, v: vec3<f32>, a: vec3<f32>, length: f32, loses: bool) -> vec
     return select(v, settled[0], settled[1].x != 0f);
 }
 
-// Position and velocity of a particle at the end of a substep that began at `from`, after the
+// Position and velocity of a particle at the end of a substep that `began` there, after the
 // planes that it is in. One in several is left to the processor.
 fn arrive(motion: array<vec3<f32>, 2>, began: vec3<f32>, f: vec3<f32>, w: f32, stiffness: f32)
     -> array<vec3<f32>, 2> {
@@ -212,18 +212,9 @@ fn leave(at: At, motion: array<vec3<f32>, 2>, w: f32, mass: f32) {
 }
 
 // The start of a step.
-@compute @workgroup_size(64)
-fn begin_step(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let at = place(group, lane);
-    if !at.is_there {
-        return;
-    }
-    let xw = state[2u * at.i];
+fn begin_step(at: At, xw: vec4<f32>, vm: vec4<f32>) {
     good[2u * at.i] = xw;
-    good[2u * at.i + 1u] = state[2u * at.i + 1u];
+    good[2u * at.i + 1u] = vm;
     if at.i == params[ME].first {
         atomicAdd(&flags[flag(BEGUN)], 1u);
     }
@@ -231,7 +222,7 @@ fn begin_step(
 
 // Forgets the flags of the substeps of the last step: a group for each instance.
 @compute @workgroup_size(64)
-fn clear_flags(
+fn run_clear_flags(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {

@@ -37,17 +37,7 @@ fn end(at: At, x: vec3<f32>, f: vec3<f32>, now: vec3<f32>, w: f32) -> array<vec3
 
 // The first part of a substep by itself. Forces are evaluated anew at the start of a step and after
 // a bounce.
-@compute @workgroup_size(64)
-fn first_part(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let at = place(group, lane);
-    if !at.is_there {
-        return;
-    }
-    let xw = state[2u * at.i];
-    let vm = state[2u * at.i + 1u];
+fn first_part(at: At, xw: vec4<f32>, vm: vec4<f32>) {
     var now = own[3u * at.i + 1u].xyz;
     var before = own[3u * at.i + 2u].xyz;
     if substep.y == 0u || bounced(substep.y - 1u) {
@@ -57,17 +47,7 @@ fn first_part(
     begin(at, array<vec3<f32>, 2>(xw.xyz, vm.xyz), now, before, xw.w, vm.w);
 }
 
-@compute @workgroup_size(64)
-fn last_part(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let at = place(group, lane);
-    if !at.is_there {
-        return;
-    }
-    let xw = state[2u * at.i];
-    let um = state[2u * at.i + 1u];
+fn last_part(at: At, xw: vec4<f32>, um: vec4<f32>) {
     let f = forces(at, xw.xyz, um.xyz, um.w);
     let now = scaled(f, xw.w);
     let before = own[3u * at.i + 1u];
@@ -77,17 +57,7 @@ fn last_part(
 }
 
 // The last part of a substep and the first of the next, where nothing bounces.
-@compute @workgroup_size(64)
-fn both_parts(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let at = place(group, lane);
-    if !at.is_there {
-        return;
-    }
-    let xw = state[2u * at.i];
-    let um = state[2u * at.i + 1u];
+fn both_parts(at: At, xw: vec4<f32>, um: vec4<f32>) {
     let f = forces(at, xw.xyz, um.xyz, um.w);
     let now = scaled(f, xw.w);
     let before = own[3u * at.i + 1u].xyz;
