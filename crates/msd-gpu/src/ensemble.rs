@@ -3,7 +3,7 @@
 use crate::device::Device;
 use crate::error::GpuError;
 use crate::instances::{Instances, Outcome};
-use crate::simulation::{Tally, note_unmeasured, prepare, steps_of_batch};
+use crate::simulation::{Tally, prepare, steps_of_batch};
 use msd_core::{Error, Settings, Simulation};
 
 /// Simulations on a device that step together. They may differ in all but the method and the number
@@ -94,11 +94,8 @@ impl Ensemble {
         outcome: &Outcome,
         batch: u64,
     ) -> Result<(), Error> {
-        if 0 < outcome.steps {
-            simulation.set_state(&outcome.state, simulation.steps() + outcome.steps)?;
-            note_unmeasured(simulation);
-            self.tally.device += outcome.steps;
-        }
+        outcome.put_into(simulation)?;
+        self.tally.device += outcome.steps;
         for _ in outcome.steps..batch {
             simulation.step()?;
             self.tally.processor += 1;

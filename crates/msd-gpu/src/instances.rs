@@ -7,7 +7,7 @@ use crate::shader::{Choice, Kind, MOST_PLANES, THREADS};
 use bytemuck::{Pod, Zeroable, cast_slice, pod_read_unaligned};
 use msd_core::glam::Vec3A;
 use msd_core::laws::PlaneLaw;
-use msd_core::{Grab, Model, Simulation, State, Vector};
+use msd_core::{Error, Grab, Ledger, Model, Simulation, State, Vector};
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, ComputePass};
@@ -102,6 +102,21 @@ pub struct Outcome {
     pub refused: bool,
     /// The state after the steps, particles in the order of the scene.
     pub state: State<f32>,
+}
+
+impl Outcome {
+    /// Puts the state after the steps, if there are any, into their simulation. A device measures
+    /// neither the dissipated energy nor contacts, and particles may have touched any plane.
+    pub(crate) fn put_into(&self, simulation: &mut Simulation<f32>) -> Result<(), Error> {
+        if self.steps == 0 {
+            return Ok(());
+        }
+        simulation.set_state(&self.state, simulation.steps() + self.steps)?;
+        simulation.set_ledger(Ledger::of(f64::NAN));
+        let has_planes = !simulation.model().planes().is_empty();
+        simulation.set_touched(has_planes);
+        Ok(())
+    }
 }
 
 /// Rows and laws of instances, those that are alike once.

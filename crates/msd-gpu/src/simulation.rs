@@ -5,7 +5,7 @@ use crate::device::Device;
 use crate::error::GpuError;
 use crate::instances::{Instances, MOST_GRABS, Outcome};
 use crate::shader::{Kind, MOST_PLANES};
-use msd_core::{Grab, Integrator, Interaction, Ledger, Simulation};
+use msd_core::{Grab, Integrator, Interaction, Simulation};
 use std::slice;
 use wgpu::Buffer;
 
@@ -177,11 +177,8 @@ impl GpuSimulation {
         outcome: &Outcome,
     ) -> Result<(), GpuError> {
         self.check(simulation, outcome)?;
-        if 0 < outcome.steps {
-            simulation.set_state(&outcome.state, simulation.steps() + outcome.steps)?;
-            note_unmeasured(simulation);
-            self.tally.device += outcome.steps;
-        }
+        outcome.put_into(simulation)?;
+        self.tally.device += outcome.steps;
         if !outcome.refused {
             self.patience = (1, 0);
             return Ok(());
@@ -291,14 +288,6 @@ impl GpuSimulation {
     }
 }
 
-/// Notes that a device has taken steps: it measures neither the dissipated energy nor contacts, and
-/// particles may have touched any plane.
-pub fn note_unmeasured(simulation: &mut Simulation<f32>) {
-    simulation.set_ledger(Ledger::of(f64::NAN));
-    let has_planes = !simulation.model().planes().is_empty();
-    simulation.set_touched(has_planes);
-}
-
 /// Prepares a device to step simulations.
 pub async fn prepare(
     device: &Device,
@@ -323,7 +312,7 @@ pub fn steps_of_batch(simulations: &[Simulation<f32>]) -> u64 {
     (BATCH / simulations.iter().map(of_step).sum::<u64>().max(1)).clamp(1, MOST_STEPS)
 }
 
-/// What of a simulation a device does not step.
+/// The first part of a simulation that a device does not step.
 fn unsupported(simulation: &Simulation<f32>) -> Option<String> {
     let (model, settings) = (simulation.model(), simulation.settings());
     let [guides, own] = model.guide_and_own_counts();
