@@ -14,7 +14,7 @@ use wgpu::BufferUsages;
 /// Inputs on which each law is checked.
 const ROWS: usize = 1 << 17;
 
-/// What is known of the bits of a device.
+/// The verdict on the bits of a device.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
     /// It computes the bits of the processor in this manner.
@@ -27,6 +27,16 @@ pub enum Verdict {
         /// The number of inputs with other bits, of 131 072.
         wrong: usize,
     },
+}
+
+impl Verdict {
+    /// The manner in which the device has the bits of the processor, if there is one.
+    pub fn manner(&self) -> Option<Manner> {
+        match self {
+            Verdict::SameBits(manner) => Some(*manner),
+            Verdict::Differs { .. } => None,
+        }
+    }
 }
 
 impl fmt::Display for Verdict {

@@ -5,7 +5,7 @@ use crate::cli::arguments::{DeviceChoice, ListArguments};
 use crate::cli::failure::{Failure, aligned, say, say_json};
 use msd_core::{Settings, Simulation};
 use msd_film::quietly;
-use msd_gpu::{Device, GpuError, GpuSimulation, Manner, Tally, Verdict, adapters, probe};
+use msd_gpu::{Device, GpuError, GpuSimulation, Tally, adapters, probe};
 use msd_run::Runner;
 use msd_study::quantity::quantity;
 use pollster::block_on;
@@ -50,7 +50,7 @@ impl Gpu {
     /// Checks the bits of a device, and prepares it.
     async fn on(device: Device, simulation: &Simulation<f32>) -> Result<Self, Refusal> {
         let verdict = probe(&device).await.map_err(refusal)?;
-        let manner = same_bits(&verdict).ok_or_else(|| {
+        let manner = verdict.manner().ok_or_else(|| {
             let why = format!("{} computes {verdict}", device.name());
             Refusal::new(why, "use the processor (--device cpu) or another adapter")
         })?;
@@ -70,11 +70,11 @@ impl Gpu {
         let ours = timed(steps, |_| here.step()).map_err(failed)?;
         // The first batch warms up the device.
         let mut batch = |steps: u64| {
-            let start = Instant::now();
-            match self.advance(&mut there, steps) {
-                Ok(None) => Ok(start.elapsed().as_secs_f64() / steps as f64),
+            let whole = timed(1, |_| match self.advance(&mut there, steps) {
+                Ok(None) => Ok(()),
                 Ok(Some(_)) | Err(_) => Err(lost()),
-            }
+            })?;
+            Ok(whole / steps as f64)
         };
         let first = batch(1)?;
         let steps = ((RACE / first.max(1e-9)) as u64).clamp(1, steps);
@@ -94,7 +94,7 @@ impl Gpu {
         self.simulation.device().name()
     }
 
-    /// What is known of its bits, in words.
+    /// The verdict on its bits, in words.
     pub fn verdict(&self) -> &str {
         &self.verdict
     }
@@ -182,14 +182,7 @@ fn refusal(error: GpuError) -> Refusal {
     }
 }
 
-fn same_bits(verdict: &Verdict) -> Option<Manner> {
-    match verdict {
-        Verdict::SameBits(manner) => Some(*manner),
-        Verdict::Differs { .. } => None,
-    }
-}
-
-/// Lists the adapters, each with what is known of its bits.
+/// Lists the adapters, each with the verdict on its bits.
 pub fn run_devices(arguments: &ListArguments) -> Result<(), Failure> {
     let rows: Vec<DeviceRow> = quietly(|| block_on(adapters()).iter().map(row).collect());
     if arguments.json {
@@ -208,7 +201,7 @@ fn row(adapter: &wgpu::Adapter) -> DeviceRow {
     let info = adapter.get_info();
     let checked = block_on(async { probe(&Device::of_adapter(adapter).await?).await });
     let (verdict, reason) = match &checked {
-        Ok(verdict) if same_bits(verdict).is_some() => ("same-bits", verdict.to_string()),
+        Ok(verdict) if verdict.manner().is_some() => ("same-bits", verdict.to_string()),
         Ok(verdict) => ("differs", verdict.to_string()),
         Err(error) => ("unusable", error.to_string()),
     };

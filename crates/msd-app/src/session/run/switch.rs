@@ -1,6 +1,6 @@
 //! The switch to a graphics device: a thread opens and probes it while the window goes on.
 
-use msd_gpu::{Device, Verdict, probe};
+use msd_gpu::{Device, probe};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 
@@ -59,9 +59,7 @@ impl GpuSwitch {
 /// Opens the first device and probes it.
 fn open() -> Result<Device, String> {
     let device = pollster::block_on(Device::open("")).map_err(|error| error.to_string())?;
-    match pollster::block_on(probe(&device)) {
-        Ok(Verdict::SameBits(manner)) => Ok(device.with_manner(manner)),
-        Ok(verdict) => Err(format!("{}: {verdict}", device.name())),
-        Err(error) => Err(error.to_string()),
-    }
+    let verdict = pollster::block_on(probe(&device)).map_err(|error| error.to_string())?;
+    let manner = verdict.manner().ok_or_else(|| format!("{}: {verdict}", device.name()))?;
+    Ok(device.with_manner(manner))
 }
