@@ -225,7 +225,7 @@ impl Session {
             meter.before_step(&self.run);
         }
         let (settings, revision) = (self.runner().settings(), self.run.revision());
-        let stepped = self.run.step();
+        let stepped = self.run.step(&before);
         self.note_end_of_device();
         self.energy.carry_over(revision, &self.run);
         self.note_renewal(settings);

@@ -16,7 +16,7 @@ use msd_core::stability::Estimator;
 use msd_core::{Error, Interaction};
 #[cfg(not(target_arch = "wasm32"))]
 use msd_gpu::{Device, GpuError};
-use msd_run::Runner;
+use msd_run::{Moment, Runner};
 use msd_scene::Loaded;
 use msd_scene::schema::Solver;
 
@@ -76,12 +76,12 @@ impl Run {
         change(&mut self.runner)
     }
 
-    /// Takes a step. If it renews the automatic substeps, this voids every reading but those that
-    /// are carried over.
-    pub(super) fn step(&mut self) -> Result<(), Error> {
+    /// Takes a step from the current moment. If it renews the automatic substeps, this voids every
+    /// reading but those that are carried over.
+    pub(super) fn step(&mut self, now: &Moment) -> Result<(), Error> {
         let before = self.runner.settings();
         self.runner.bound_work();
-        let stepped = self.step_anywhere();
+        let stepped = self.step_anywhere(now);
         if self.runner.settings() != before {
             self.revision.0 += 1;
         }
@@ -89,21 +89,20 @@ impl Run {
     }
 
     #[cfg(target_arch = "wasm32")]
-    fn step_anywhere(&mut self) -> Result<(), Error> {
+    fn step_anywhere(&mut self, _: &Moment) -> Result<(), Error> {
         self.runner.step()
     }
 
     /// Takes a step by the device, if there is one, or by the processor.
     #[cfg(not(target_arch = "wasm32"))]
-    fn step_anywhere(&mut self) -> Result<(), Error> {
+    fn step_anywhere(&mut self, before: &Moment) -> Result<(), Error> {
         let Some(device) = &mut self.device.0 else { return self.runner.step() };
-        let before = self.runner.moment();
         let Err(error) = device.step(&mut self.runner) else { return Ok(()) };
         let differs = matches!(error, GpuError::Differs { .. });
         self.end_device(error)?;
         if differs {
             // History and recording hold the steps since then.
-            self.runner.go_back(&before)?;
+            self.runner.go_back(before)?;
         }
         if before.steps < self.runner.steps() { Ok(()) } else { self.runner.step() }
     }
