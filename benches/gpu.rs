@@ -12,12 +12,13 @@ mod measure {
     pub mod compiler;
     pub mod machine;
     pub mod race;
+    pub mod threaded;
 }
 
 use measure::machine;
 use measure::race::{Patience, Rival, Speed, race, times};
-use msd::core::{Integrator, Scene, Settings, Simulation};
-use msd::scene::workloads;
+use measure::threaded::{settings, threaded, updates};
+use msd::core::{Integrator, Scene, Simulation};
 use msd_gpu::{Device, Ensemble, GpuSimulation, Manner, Spelling, Verdict, probe};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::fmt::Write;
@@ -91,35 +92,8 @@ fn about(bench: &Bench) -> String {
     )
 }
 
-/// As `msd bench` steps, by some method.
-fn settings(integrator: Integrator) -> Settings {
-    Settings { integrator, ..workloads::settings() }
-}
-
-/// The processor with the threads of a pool.
-fn processor<'a>(scene: &Scene, integrator: Integrator, pool: &'a ThreadPool) -> Rival<'a> {
-    let simulation = Simulation::<f32>::new(scene, settings(integrator));
-    let mut simulation = simulation.expect("a valid scene");
-    let run = move |steps| {
-        pool.install(|| (0..steps).for_each(|_| simulation.step().expect("stable")));
-    };
-    let name = pool.current_num_threads().to_string();
-    Rival { name, updates: updates(scene, integrator), run: Box::new(run) }
-}
-
 fn pool(threads: usize) -> ThreadPool {
     ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool of threads")
-}
-
-/// Spring updates of a step.
-fn updates(scene: &Scene, integrator: Integrator) -> f64 {
-    let substeps = f64::from(settings(integrator).substeps);
-    let evaluations = match integrator {
-        Integrator::Rk4 => 4.0 * substeps,
-        Integrator::VelocityVerlet => substeps + 1.0,
-        _ => substeps,
-    };
-    evaluations * scene.springs.len() as f64
 }
 
 impl Bench {
@@ -142,7 +116,7 @@ impl Bench {
             }
         };
         let run = move |steps| gpu.compute(&simulation, steps).expect("a device that computes");
-        let updates = updates(scene, integrator);
+        let updates = updates(scene, settings(integrator));
         Some(Rival { name: name.into(), updates, run: Box::new(run) })
     }
 
@@ -164,7 +138,7 @@ fn kernels(bench: &Bench) -> String {
             let names = ["one core", "all cores"];
             let named = |(pool, name): (_, &str)| Rival {
                 name: name.into(),
-                ..processor(&scene, integrator, pool)
+                ..threaded(&scene, settings(integrator), pool)
             };
             let mut all: Vec<Rival<'_>> = pools.iter().zip(names).map(named).collect();
             let forms = [
@@ -209,10 +183,10 @@ fn ensembles(bench: &Bench) -> String {
         };
         let mut both = [
             Rival { name: String::new(), updates: 1.0, run: Box::new(run) },
-            processor(&scene, method, &alone),
+            threaded(&scene, settings(method), &alone),
         ];
         let [step, of_core] = best(&mut both, bench.patience);
-        let speed = count as f64 * updates(&scene, method) / step / 1e9;
+        let speed = count as f64 * updates(&scene, settings(method)) / step / 1e9;
         let ms = step * 1e3;
         let _ = writeln!(table, "| {count} | {ms:.2} ms | {speed:.2} | {:.1} |", step / of_core);
     }
@@ -259,7 +233,7 @@ fn pays(bench: &Bench) -> String {
         let Some(device) = bench.rival(&scene, method, ("exact", Spelling::Exact)) else {
             continue;
         };
-        let core = processor(&scene, method, &alone);
+        let core = threaded(&scene, settings(method), &alone);
         let [device, core] = best(&mut [device, core], bench.patience);
         if device < core {
             return format!("{side} x {side}, {:.1} times one core", core / device);

@@ -7,4 +7,5 @@ pub mod machine;
 pub mod memory;
 pub mod race;
 pub mod results;
+pub mod threaded;
 pub mod rivals;

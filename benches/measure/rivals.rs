@@ -1,28 +1,11 @@
 //! Rivals of a race: the simple kernel, the textbook and the compiled kernel.
 
 use super::race::Rival;
+use super::threaded::updates;
+pub use super::threaded::{settings, threaded};
 use crate::baselines::simple::Simple;
 use crate::baselines::textbook::Textbook;
 use msd::core::{Instructions, Integrator, Real, Scene, Settings, Simulation};
-use msd::scene::workloads;
-use rayon::ThreadPool;
-
-/// How the works are stepped: as `msd bench` does, by some method.
-pub fn settings(integrator: Integrator) -> Settings {
-    Settings { integrator, ..workloads::settings() }
-}
-
-/// Springs evaluated in a step.
-fn updates(scene: &Scene, settings: Settings) -> f64 {
-    let substeps = f64::from(settings.substeps);
-    let evaluations = match settings.integrator {
-        Integrator::Rk4 => 4.0 * substeps,
-        // It evaluates once more per step.
-        Integrator::VelocityVerlet => substeps + 1.0,
-        _ => substeps,
-    };
-    evaluations * scene.springs.len() as f64
-}
 
 /// The simple kernel.
 pub fn simple<R: Real>(scene: &Scene, settings: Settings) -> Rival<'static> {
@@ -48,16 +31,6 @@ pub fn kernel<R: Real>(
     simulation.set_instructions(instructions);
     let run = move |steps| (0..steps).for_each(|_| simulation.step().expect("stable"));
     let name = instructions.name().into();
-    Rival { name, updates: updates(scene, settings), run: Box::new(run) }
-}
-
-/// The compiled kernel on the threads of a pool.
-pub fn threaded<'a>(scene: &Scene, settings: Settings, pool: &'a ThreadPool) -> Rival<'a> {
-    let mut simulation = Simulation::<f32>::new(scene, settings).expect("a valid scene");
-    let run = move |steps| {
-        pool.install(|| (0..steps).for_each(|_| simulation.step().expect("stable")));
-    };
-    let name = pool.current_num_threads().to_string();
     Rival { name, updates: updates(scene, settings), run: Box::new(run) }
 }
 
