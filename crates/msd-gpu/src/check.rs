@@ -134,7 +134,7 @@ fn take_again(taken: &Receiver<Taken>, results: &Sender<Option<Difference>>) {
 }
 
 /// The first particle whose bits differ in two states.
-fn first_difference(a: &State<f32>, b: &State<f32>) -> Option<usize> {
+pub fn first_difference(a: &State<f32>, b: &State<f32>) -> Option<usize> {
     let bits = |state: &State<f32>, particle: usize| {
         let motion = [state.positions[particle], state.velocities[particle]];
         motion.map(|vector| vector.components().map(f32::to_bits))

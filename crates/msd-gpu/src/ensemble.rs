@@ -3,7 +3,7 @@
 use crate::device::Device;
 use crate::error::GpuError;
 use crate::instances::{Instances, Outcome};
-use crate::simulation::{Tally, prepare, steps_of_batch};
+use crate::simulation::{MOST_STEPS, Tally, prepare};
 use msd_core::{Error, Settings, Simulation};
 
 /// Simulations on a device that step together. They may differ in all but the method and the number
@@ -16,7 +16,6 @@ pub struct Ensemble {
     instances: Instances,
     /// Why instances ended early.
     ended: Vec<Option<Error>>,
-    batch: u64,
     tally: Tally,
 }
 
@@ -42,7 +41,6 @@ impl Ensemble {
         Ok(Ensemble {
             instances: prepare(device, simulations).await?,
             ended: vec![None; simulations.len()],
-            batch: steps_of_batch(simulations),
             tally: Tally::default(),
         })
     }
@@ -69,7 +67,7 @@ impl Ensemble {
         let mut left = steps;
         while 0 < left {
             self.instances.device().check_lost()?;
-            let batch = left.min(self.batch);
+            let batch = left.min(MOST_STEPS);
             for (number, simulation) in simulations.iter().enumerate() {
                 self.instances.load(number, simulation);
             }

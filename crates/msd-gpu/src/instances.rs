@@ -1,5 +1,6 @@
 //! Steps of several instances of scenes at once on a device: buffers, programs, read-back.
 
+use crate::check::first_difference;
 use crate::device::{Device, Programs, STRIDE};
 use crate::error::GpuError;
 use crate::rows::{Rows, Structure};
@@ -7,13 +8,15 @@ use crate::shader::{Choice, Kind, MOST_PLANES, THREADS};
 use bytemuck::{Pod, Zeroable, cast_slice, pod_read_unaligned};
 use msd_core::glam::Vec3A;
 use msd_core::laws::PlaneLaw;
-use msd_core::{Error, Grab, Ledger, Model, Simulation, State, Vector};
+use msd_core::{Error, Grab, Integrator, Ledger, Model, Simulation, State, Vector};
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, ComputePass};
 
 /// The most grabs of an instance: each particle looks through them.
 pub const MOST_GRABS: usize = 64;
+/// Evaluations of springs in a batch of steps.
+const BATCH: u64 = 200_000_000;
 /// Bytes of a particle in a buffer of states.
 const PARTICLE: u64 = 32;
 /// Workgroups along an axis; as in `step.wgsl`.
@@ -59,7 +62,11 @@ pub struct Instances {
     /// The state that is current.
     current: usize,
     places: Vec<Place>,
+    /// The states of instances on the device, where they are known: those need no upload.
+    known: Vec<Option<State<f32>>>,
     slices: u32,
+    /// Steps of a batch.
+    pub(crate) batch: u64,
     pending: Option<Pending>,
 }
 
@@ -219,8 +226,10 @@ impl Instances {
             substeps: settings.substeps,
             buffers,
             current: 0,
+            known: vec![None; places.len()],
             places,
             slices,
+            batch: steps_of_batch(all),
             pending: None,
         })
     }
@@ -235,19 +244,16 @@ impl Instances {
         &self.buffers.states[self.current]
     }
 
-    /// Uploads state, parameters and grabs of an instance.
-    pub fn load(&self, number: usize, simulation: &Simulation<f32>) {
-        let place = &self.places[number];
+    /// Uploads parameters and grabs of an instance, and its state if the device has another.
+    pub fn load(&mut self, number: usize, simulation: &Simulation<f32>) {
         let (model, state) = (simulation.model(), simulation.state());
-        let rows = state.positions.iter().zip(&state.velocities);
-        let masses = model.inverse_masses().iter().zip(model.masses());
-        let rows: Vec<[f32; 8]> = rows
-            .zip(masses)
-            .map(|((x, v), (&w, &m))| [x.x, x.y, x.z, w, v.x, v.y, v.z, m])
-            .collect();
+        let is_known = |known: &State<f32>| first_difference(known, &state).is_none();
+        if !self.known[number].as_ref().is_some_and(is_known) {
+            self.load_state(number, model, &state);
+            self.known[number] = Some(state);
+        }
+        let place = &self.places[number];
         let queue = &self.device.queue;
-        let at = PARTICLE * place.particles.start as u64;
-        queue.write_buffer(&self.buffers.states[self.current], at, cast_slice(&rows));
         let grabs: Vec<[u32; 4]> = model.grabs().iter().flat_map(grab_numbers).collect();
         let at = 16 * u64::from(place.grabs_at);
         queue.write_buffer(&self.buffers.numbers, at, cast_slice(&grabs));
@@ -258,19 +264,52 @@ impl Instances {
         queue.write_buffer(&self.buffers.flags, at, cast_slice(&[0u32; 2]));
     }
 
+    fn load_state(&self, number: usize, model: &Model<f32>, state: &State<f32>) {
+        let rows = state.positions.iter().zip(&state.velocities);
+        let masses = model.inverse_masses().iter().zip(model.masses());
+        let rows: Vec<[f32; 8]> = rows
+            .zip(masses)
+            .map(|((x, v), (&w, &m))| [x.x, x.y, x.z, w, v.x, v.y, v.z, m])
+            .collect();
+        let at = PARTICLE * self.places[number].particles.start as u64;
+        let to = &self.buffers.states[self.current];
+        self.device.queue.write_buffer(to, at, cast_slice(&rows));
+    }
+
     /// Submits steps, and the read-back of all states after them.
     pub fn submit(&mut self, steps: u64) {
+        let last = self.submit_all_but_last(steps);
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
-        self.encode(&mut encoder, steps);
+        self.encode(&mut encoder, last);
         let state = self.state_buffer().clone();
         self.read_back(encoder, &state, (steps, None));
     }
 
     /// Submits steps alone.
     pub fn submit_alone(&mut self, steps: u64) {
+        let last = self.submit_all_but_last(steps);
+        self.submit_batch(last);
+    }
+
+    /// Submits batches of steps; returns the steps of the last batch, which it leaves to the
+    /// caller. Waits for all but two of them: a driver should not queue hours of work.
+    fn submit_all_but_last(&mut self, steps: u64) -> u64 {
+        let (mut left, mut before) = (steps, None);
+        while self.batch < left {
+            let submission = self.submit_batch(self.batch);
+            if let Some(before) = before.replace(submission) {
+                let submission_index = Some(before);
+                self.device.poll(wgpu::PollType::Wait { submission_index, timeout: None });
+            }
+            left -= self.batch;
+        }
+        left
+    }
+
+    fn submit_batch(&mut self, steps: u64) -> wgpu::SubmissionIndex {
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
         self.encode(&mut encoder, steps);
-        self.device.queue.submit([encoder.finish()]);
+        self.device.queue.submit([encoder.finish()])
     }
 
     /// Waits until nothing is under way.
@@ -341,7 +380,12 @@ impl Instances {
             }
             Outcome { steps: u64::from(begun) - 1, refused: true, state }
         };
-        Ok(Some(rows.map(outcome).collect()))
+        let outcomes: Vec<_> = rows.map(outcome).collect();
+        for (known, outcome) in self.known.iter_mut().zip(&outcomes) {
+            // After a refused step the device holds no state of use.
+            *known = (!outcome.refused).then(|| outcome.state.clone());
+        }
+        Ok(Some(outcomes))
     }
 
     /// Flags and states that were read back.
@@ -367,6 +411,7 @@ impl Instances {
 
     /// Records steps.
     fn encode(&mut self, encoder: &mut CommandEncoder, steps: u64) {
+        self.known.fill(None);
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_bind_group(0, &self.constants, &[]);
         let substeps = self.substeps;
@@ -438,9 +483,24 @@ impl Buffers {
     }
 }
 
-fn state_of<'a>(particles: impl Iterator<Item = &'a [u8]>) -> State<f32> {
+/// Steps of a batch of some simulations: a fraction of a second of a slow device, so that no driver
+/// resets it.
+fn steps_of_batch(simulations: &[Simulation<f32>]) -> u64 {
+    let of_step = |simulation: &Simulation<f32>| {
+        let (model, settings) = (simulation.model(), simulation.settings());
+        let per_substep = if settings.integrator == Integrator::Rk4 { 4 } else { 1 };
+        // A dispatch takes as long as at least so many evaluations.
+        let each = (model.spring_count() + model.particle_count()).max(20_000);
+        each as u64 * per_substep * u64::from(settings.substeps)
+    };
+    (BATCH / simulations.iter().map(of_step).sum::<u64>().max(1)).max(1)
+}
+
+fn state_of<'a>(particles: impl ExactSizeIterator<Item = &'a [u8]>) -> State<f32> {
     let vector = |row: &[f32; 8], at: usize| Vec3A::new(row[at], row[at + 1], row[at + 2]);
     let mut state = State::default();
+    state.positions.reserve_exact(particles.len());
+    state.velocities.reserve_exact(particles.len());
     for row in particles.map(pod_read_unaligned::<[f32; 8]>) {
         state.positions.push(vector(&row, 0));
         state.velocities.push(vector(&row, 4));

@@ -5,30 +5,27 @@ use crate::device::Device;
 use crate::error::GpuError;
 use crate::instances::{Instances, MOST_GRABS, Outcome};
 use crate::shader::{Kind, MOST_PLANES};
-use msd_core::{Grab, Integrator, Interaction, Simulation};
+use msd_core::{Grab, Interaction, Simulation};
 use std::slice;
 use wgpu::Buffer;
 
 /// The most substeps of a step: each has numbers of its own.
 const MOST_SUBSTEPS: u32 = 10_000;
-/// Evaluations of springs in a batch of steps.
-const BATCH: u64 = 200_000_000;
-/// Steps of a batch at most: between two of them a step may be checked.
-const MOST_STEPS: u64 = 64;
+/// Steps from one read-back to the next at most: after each a step may be checked.
+pub const MOST_STEPS: u64 = 64;
 /// Steps that the processor takes after one that the device refused, at most.
 const MOST_PATIENCE: u64 = 64;
 
 /// A simulation on a device.
 ///
 /// The processor's [`Simulation`] keeps the model, the queue, the ledger and the last state that
-/// was read back. The device takes its steps in batches. It refuses a step that it cannot take with
+/// was read back. The device takes up to 64 steps from one read-back to the next, and its state is
+/// uploaded only where the simulation has another. It refuses a step that it cannot take with
 /// the same bits, such as one in which a particle touches several planes. The processor takes that
 /// step from the state before it.
 #[derive(Debug)]
 pub struct GpuSimulation {
     instances: Instances,
-    /// Steps of a batch.
-    batch: u64,
     /// Steps that the processor takes after the next one that is refused, and those left of them.
     patience: (u64, u64),
     tally: Tally,
@@ -59,7 +56,6 @@ impl GpuSimulation {
     pub async fn new(device: &Device, simulation: &Simulation<f32>) -> Result<Self, GpuError> {
         let all = slice::from_ref(simulation);
         Ok(GpuSimulation {
-            batch: steps_of_batch(all),
             instances: prepare(device, all).await?,
             patience: (1, 0),
             tally: Tally::default(),
@@ -126,8 +122,8 @@ impl GpuSimulation {
         self.checker.renew();
     }
 
-    /// Begins a batch of at most `most` steps from the current state. Returns false if the
-    /// processor must take the next step.
+    /// Begins at most `most` steps from the current state. Returns false if the processor must take
+    /// the next step.
     ///
     /// # Errors
     /// See [`GpuSimulation::advance`].
@@ -142,7 +138,7 @@ impl GpuSimulation {
         }
         self.load(simulation);
         self.is_checked = self.checker.is_due(simulation.steps());
-        self.instances.submit(if self.is_checked { 1 } else { most.min(self.batch) });
+        self.instances.submit(if self.is_checked { 1 } else { most.min(MOST_STEPS) });
         Ok(true)
     }
 
@@ -246,12 +242,7 @@ impl GpuSimulation {
     /// # Errors
     /// [`GpuError::Lost`].
     pub fn compute_on(&mut self, steps: u64) -> Result<(), GpuError> {
-        let mut left = steps;
-        while 0 < left {
-            let batch = left.min(self.batch);
-            self.instances.submit_alone(batch);
-            left -= batch;
-        }
+        self.instances.submit_alone(steps);
         self.instances.idle()
     }
 
@@ -299,19 +290,6 @@ pub async fn prepare(
     device.checked(|| Instances::prepare(device, simulations)).await
 }
 
-/// Steps of a batch of some simulations: a fraction of a second of a slow device, so that no driver
-/// resets it.
-pub fn steps_of_batch(simulations: &[Simulation<f32>]) -> u64 {
-    let of_step = |simulation: &Simulation<f32>| {
-        let (model, settings) = (simulation.model(), simulation.settings());
-        let per_substep = if settings.integrator == Integrator::Rk4 { 4 } else { 1 };
-        // A dispatch takes as long as at least so many evaluations.
-        let each = (model.spring_count() + model.particle_count()).max(20_000);
-        each as u64 * per_substep * u64::from(settings.substeps)
-    };
-    (BATCH / simulations.iter().map(of_step).sum::<u64>().max(1)).clamp(1, MOST_STEPS)
-}
-
 /// The first part of a simulation that a device does not step.
 fn unsupported(simulation: &Simulation<f32>) -> Option<String> {
     let (model, settings) = (simulation.model(), simulation.settings());
@@ -356,4 +334,31 @@ fn changes_model(interaction: &Interaction) -> bool {
     let effects = interaction.effects();
     let is_of_planes = matches!(interaction, AddPlane { .. } | RemovePlanes | SetPlane { .. });
     effects.springs || effects.masses || is_of_planes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use msd_core::{Material, Scene, Settings, shape, state_hash};
+
+    /// Steps in many batches end as those in one do, from a state that was uploaded once.
+    #[test]
+    fn batches_follow_one_another_on_the_device() {
+        let Ok(device) = pollster::block_on(Device::open("")) else {
+            assert!(std::env::var_os("MSD_REQUIRE_ADAPTER").is_none(), "no adapter");
+            return println!("SKIPPED: no adapter");
+        };
+        let cloth = shape::cloth([9, 7], 0.1, Material::default()).expect("a cloth");
+        let scene = Scene::of("cloth", cloth);
+        let start = Simulation::<f32>::new(&scene, Settings::default()).expect("a scene");
+        let [mut whole, mut parts] = [start.clone(), start];
+        for (simulation, batch) in [(&mut whole, 1000), (&mut parts, 3)] {
+            let mut gpu = pollster::block_on(GpuSimulation::new(&device, simulation));
+            let gpu = gpu.as_mut().expect("a scene for a device");
+            gpu.instances.batch = batch;
+            gpu.advance(simulation, 20).expect("a run");
+            assert_eq!(gpu.tally().device, 20);
+        }
+        assert_eq!(state_hash(&whole.state()), state_hash(&parts.state()));
+    }
 }

@@ -145,3 +145,23 @@ fn a_large_lattice_in_parts_has_the_bits_of_the_processor() {
         compare("cloth/120", &device, &start(&scene, integrator), 3);
     }
 }
+
+#[test]
+fn a_state_that_the_user_sets_is_that_of_the_next_step() {
+    let Some(device) = device() else { return };
+    let begun = start(&block(), Integrator::VelocityVerlet);
+    let (mut here, mut there) = (begun.clone(), begun.clone());
+    let mut gpu = prepared(&device, &there);
+    let mut advance = |here: &mut Simulation<f32>, there: &mut Simulation<f32>| {
+        (0..5).for_each(|_| here.step().expect("a step"));
+        gpu.advance(there, 5).expect("a run");
+        assert_same("after a state was set", here, there);
+    };
+    advance(&mut here, &mut there);
+    let mut other = begun.state();
+    other.velocities[3].x = 1.0;
+    for simulation in [&mut here, &mut there] {
+        simulation.set_state(&other, 0).expect("a valid state");
+    }
+    advance(&mut here, &mut there);
+}
