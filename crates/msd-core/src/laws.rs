@@ -4,6 +4,7 @@
 //! that records each operation. Symbols turn a law into a program for another machine, which
 //! computes the same bits. Vectors are three numbers; all units are SI.
 
+pub use crate::elements::bends::pull as bend;
 pub use crate::elements::springs::law::{Law, pull};
 pub use crate::pack::Number;
 

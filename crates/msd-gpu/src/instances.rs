@@ -44,6 +44,8 @@ struct Params {
     laws_at: u32,
     grabs_at: u32,
     flags_at: u32,
+    bends_at: u32,
+    unused: [u32; 3],
     list: [[[f32; 4]; 2]; MOST_PLANES],
 }
 
@@ -87,6 +89,8 @@ struct Place {
     /// Its particles.
     particles: Range<usize>,
     laws_at: u32,
+    /// 0 if it has no bends.
+    bends_at: u32,
     grabs_at: u32,
     flags_at: u32,
 }
@@ -126,21 +130,20 @@ impl Outcome {
     }
 }
 
-/// Rows and laws of instances, those that are alike once.
+/// Rows and numbers of instances, those that are alike once.
 #[derive(Default)]
 struct Assembly {
     structures: Vec<(Structure, u32)>,
-    laws: Vec<(Vec<[f32; 4]>, u32)>,
+    blocks: Vec<(Vec<[u32; 4]>, u32)>,
+    /// First and last group, instance and lists of bends.
     slices: Vec<[u32; 4]>,
-    rest: Vec<u32>,
     numbers: Vec<[u32; 4]>,
 }
 
 impl Assembly {
-    /// Adds the rows of an instance; returns the place of its laws. Places in `rest` are counted
-    /// from its start until all slices are known.
-    fn add(&mut self, rows: Rows, instance: u32) -> u32 {
-        let Rows { structure, laws } = rows;
+    /// Adds the rows of an instance; returns the places of its laws and of its bends.
+    fn add(&mut self, rows: Rows, instance: u32) -> [u32; 2] {
+        let Rows { structure, numbers, bends_at } = rows;
         let known = self.structures.iter().position(|(known, _)| *known == structure);
         let at = known.unwrap_or_else(|| {
             let place = self.structures.last().map_or(0, |(last, place)| place + last.len());
@@ -148,30 +151,31 @@ impl Assembly {
             self.structures.len() - 1
         });
         let (structure, place) = &self.structures[at];
-        let slices = structure.slices.iter();
-        self.slices.extend(slices.map(|groups| {
-            let [first, last] = groups.map(|group| place + 2 * group);
-            [first, last, instance, 0]
+        self.slices.extend(structure.slices().map(|slice| {
+            let [first, last, lists] = slice.map(|at| place + at);
+            [first, last, instance, lists]
         }));
-        if let Some((_, at)) = self.laws.iter().find(|(known, _)| *known == laws) {
-            return *at;
-        }
-        let at = self.numbers.len() as u32;
-        self.numbers.extend(laws.iter().map(|law| law.map(f32::to_bits)));
-        self.laws.push((laws, at));
-        at
+        let known = self.blocks.iter().find(|(known, _)| *known == numbers);
+        let at = known.map(|(_, at)| *at).unwrap_or_else(|| {
+            let at = self.numbers.len() as u32;
+            self.numbers.extend(&numbers);
+            self.blocks.push((numbers, at));
+            at
+        });
+        [at, if bends_at == 0 { 0 } else { at + bends_at }]
     }
 
     /// The slices, and then all structures.
     fn topology(mut self) -> (Vec<u32>, Vec<[u32; 4]>) {
         let start = 4 * self.slices.len() as u32;
-        for [first, last, ..] in &mut self.slices {
-            (*first, *last) = (*first + start, *last + start);
+        for [first, last, _, lists] in &mut self.slices {
+            for place in [first, last, lists] {
+                *place += start;
+            }
         }
-        for (structure, place) in &self.structures {
-            self.rest.append(&mut structure.placed(start + place));
-        }
-        (self.slices.into_iter().flatten().chain(self.rest).collect(), self.numbers)
+        let placed = |(structure, place): &(Structure, u32)| structure.placed(start + place);
+        let rest = self.structures.iter().flat_map(placed);
+        (self.slices.into_iter().flatten().chain(rest).collect(), self.numbers)
     }
 }
 
@@ -185,16 +189,17 @@ impl Instances {
             simulation.model().planes().iter().any(|plane| plane.restitution() != 0.0)
         };
         let bounces = all.iter().any(bounce);
-        let choice = Choice { kind, bounces, are_several: 1 < all.len() };
+        let bends = all.iter().any(|simulation| 0 < simulation.model().bends().count());
+        let choice = Choice { kind, bounces, bends, are_several: 1 < all.len() };
         let (mut shared, mut places, mut own) = (Assembly::default(), Vec::new(), Vec::new());
         let flags = 2 + 2 * settings.substeps;
         for (number, simulation) in all.iter().enumerate() {
             let first = THREADS * shared.slices.len();
             let model = simulation.model();
-            let laws_at = shared.add(Rows::new(model), number as u32);
+            let [laws_at, bends_at] = shared.add(Rows::new(model), number as u32);
             let particles = first..first + model.particle_count();
             let flags_at = number as u32 * flags;
-            places.push(Place { particles, laws_at, grabs_at: 0, flags_at });
+            places.push(Place { particles, laws_at, bends_at, grabs_at: 0, flags_at });
             own.resize(kind.columns() * first, [0.0; 4]);
             own.extend(own_columns(model, kind, bounces));
         }
@@ -489,8 +494,10 @@ fn steps_of_batch(simulations: &[Simulation<f32>]) -> u64 {
     let of_step = |simulation: &Simulation<f32>| {
         let (model, settings) = (simulation.model(), simulation.settings());
         let per_substep = if settings.integrator == Integrator::Rk4 { 4 } else { 1 };
-        // A dispatch takes as long as at least so many evaluations.
-        let each = (model.spring_count() + model.particle_count()).max(20_000);
+        // Each of the particles of a bend computes it. A dispatch takes as long as at least so many
+        // evaluations.
+        let pulls = model.spring_count() + 4 * model.bends().count();
+        let each = (pulls + model.particle_count()).max(20_000);
         each as u64 * per_substep * u64::from(settings.substeps)
     };
     (BATCH / simulations.iter().map(of_step).sum::<u64>().max(1)).max(1)
@@ -540,6 +547,8 @@ fn params(simulation: &Simulation<f32>, kind: Kind, place: &Place) -> Params {
         laws_at: place.laws_at,
         grabs_at: place.grabs_at,
         flags_at: place.flags_at,
+        bends_at: place.bends_at,
+        unused: [0; 3],
         list: planes(model),
     }
 }

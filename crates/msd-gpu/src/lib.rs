@@ -26,6 +26,7 @@ mod error;
 mod shader;
 mod device;
 mod probe;
+mod bends;
 mod rows;
 mod check;
 mod instances;

@@ -194,6 +194,15 @@ fn shape_row(law: &Written, row: &mut [f32], sequence: &mut Sequence) {
             };
             row[p + axis] = row[x + axis] + way;
         }
+        // All ends of a bend at one place, which gives it no direction.
+        if let (Some(b), Some(c), 4) = (place("b"), place("c"), kind % 8) {
+            row.copy_within(x..x + 3, b);
+            row.copy_within(x..x + 3, c);
+        }
+    }
+    // A bend of three particles has a weight of zero.
+    if let (Some(w), 0) = (place("w3"), kind >> 12 & 3) {
+        row[w] = 0.0;
     }
     let Some(n) = place("n") else { return };
     let square: f64 = (0..3).map(|axis| f64::from(row[n + axis]).powi(2)).sum();

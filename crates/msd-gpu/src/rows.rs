@@ -6,6 +6,7 @@
 //! same number further on and have one law, the row is an offset, a law and a bit for each
 //! particle. Otherwise it names the other end and the law of each.
 
+use crate::bends::{BendLists, STARTS};
 use crate::shader::THREADS;
 use msd_core::Model;
 use msd_core::elements::springs::Sum;
@@ -17,24 +18,28 @@ const NAMED: u32 = 1 << 31;
 /// Flag of a group whose pulls are added to the force one by one, not summed on their own first.
 const DIRECT: u32 = 1 << 31;
 
-/// The springs of a model as a device reads them; see `step.wgsl`.
+/// The springs and bends of a model as a device reads them; see `step.wgsl`.
 pub struct Rows {
-    /// How springs join particles.
+    /// How springs and bends join particles.
     pub structure: Structure,
-    /// Rest length, stiffness and damping of each different spring.
-    pub laws: Vec<[f32; 4]>,
+    /// The bits of rest length, stiffness and damping of each different spring, and three rows for
+    /// each bend.
+    pub numbers: Vec<[u32; 4]>,
+    /// The first row of bends; 0 if there are none.
+    pub bends_at: u32,
 }
 
 /// Rows, which name particles by how much further on they are, and laws by number.
 #[derive(Default, PartialEq)]
 pub struct Structure {
     /// The first and last group of each slice.
-    pub slices: Vec<[u32; 2]>,
+    slices: Vec<[u32; 2]>,
     /// The first and last row of each group.
     groups: Vec<[u32; 2]>,
     rows: Vec<[u32; 4]>,
     /// Ways and laws of rows that name their springs.
     named: Vec<u32>,
+    bends: BendLists,
 }
 
 /// A spring as one of its ends sees it.
@@ -132,18 +137,34 @@ impl Rows {
             structure.slices.push([first, structure.groups.len() as u32]);
         }
         laws.laws.push([0.0; 4]);
-        Rows { structure, laws: laws.laws }
+        let mut numbers: Vec<_> = laws.laws.iter().map(|law| law.map(f32::to_bits)).collect();
+        let (bends, mut rows) = BendLists::new(model);
+        let bends_at = if rows.is_empty() { 0 } else { numbers.len() as u32 };
+        numbers.append(&mut rows);
+        Rows { structure: Structure { bends, ..structure }, numbers, bends_at }
     }
 }
 
 impl Structure {
     /// The numbers of [`Structure::placed`].
     pub fn len(&self) -> u32 {
+        self.first_list() + (self.bends.starts.len() + self.bends.parts.len()) as u32
+    }
+
+    /// The place of the first list of bends, counted from that of the structure.
+    fn first_list(&self) -> u32 {
         (2 * self.groups.len() + 4 * self.rows.len() + self.named.len()) as u32
     }
 
-    /// Groups, rows and named springs one after the other, from a place on: each with the places
-    /// of those that it leads to. Group number n is two numbers from twice n on.
+    /// The places of the first and last group of each slice and of its lists of bends, counted from
+    /// that of the structure. Where there are no bends, nobody reads the last.
+    pub fn slices(&self) -> impl Iterator<Item = [u32; 3]> {
+        let lists = (self.first_list()..).step_by(STARTS);
+        self.slices.iter().zip(lists).map(|([first, last], lists)| [2 * first, 2 * last, lists])
+    }
+
+    /// Groups, rows, named springs and bends one after the other, from a place on: each with the
+    /// places of those that it leads to.
     pub fn placed(&self, place: u32) -> Vec<u32> {
         let first_row = place + 2 * self.groups.len() as u32;
         let first_named = first_row + 4 * self.rows.len() as u32;
@@ -156,7 +177,11 @@ impl Structure {
             let start = if law & NAMED == 0 { 0 } else { first_named };
             [at.wrapping_add(start), law, low, high]
         });
-        groups.chain(rows).chain(self.named.iter().copied()).collect()
+        let BendLists { starts, parts } = &self.bends;
+        let first_part = place + self.first_list() + starts.len() as u32;
+        let starts = starts.iter().map(|start| first_part + start);
+        let springs = groups.chain(rows).chain(self.named.iter().copied());
+        springs.chain(starts).chain(parts.iter().copied()).collect()
     }
 
     fn add_slice(&mut self, base: usize, lists: &[&[Entry]]) {

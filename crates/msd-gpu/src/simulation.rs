@@ -305,7 +305,7 @@ fn unsupported(simulation: &Simulation<f32>) -> Option<String> {
         (model.particle_count() == 0, "a scene without particles"),
         (MOST_SUBSTEPS < settings.substeps, "more than 10 000 substeps"),
         (simulation.has_own_method(), "a user-defined method"),
-        (0 < model.bends().count(), "bends"),
+        (model.bends().rows().any(|bend| bend.rest != 0.0), "bends that are curved at rest"),
         (0 < model.volumes().count(), "volumes"),
         (model.air().is_some(), "air"),
         (0 < own, "user-defined elements"),

@@ -154,7 +154,7 @@ impl<L: Copy, const N: usize> Stencil<L, N> {
 impl<R: Real, L: StencilLaw<R, N>, const N: usize, const M: usize> Group<R, L, N, M> {
     /// Those of some rows that lane 0 of which starts at some places.
     #[inline(always)]
-    fn new(rows: &[Stencil<L, N>], at: [u32; N]) -> Self {
+    pub(super) fn new(rows: &[Stencil<L, N>], at: [u32; N]) -> Self {
         let (mut constants, mut is_there) = ([[R::ZERO; M]; 2], [R::ZERO; M]);
         for row in rows {
             let lane = (row.at[0] - at[0]) as usize;

@@ -96,6 +96,13 @@ fn grab<N: Value>(numbers: &[N]) -> Vec<[N; 3]> {
     vec![laws::grab(here, at.vector(), at.vector())]
 }
 
+fn bend<N: Value>(numbers: &[N]) -> Vec<[N; 3]> {
+    let mut at = Inputs(numbers);
+    let ends = [(); 2].map(|()| [(); 4].map(|()| at.vector()));
+    let weights = [(); 4].map(|()| at.number());
+    vec![laws::bend(ends, weights, [at.number(), at.number()])]
+}
+
 /// A vector after so many seconds at a rate.
 fn after<N: Value>(s: &[N]) -> Vec<[N; 3]> {
     vec![[0, 1, 2].map(|axis| s[axis] + s[3 + axis] * s[6])]
@@ -163,6 +170,12 @@ const FIELD: &[Parameter] =
 const PULL: &[Parameter] =
     &[Vector("x"), Vector("v"), Vector("p"), Vector("u"), Vector("material")];
 const GRAB: &[Parameter] = &[Vector("x"), Vector("v"), Vector("goal"), Vector("material")];
+#[rustfmt::skip]
+const BEND: &[Parameter] = &[
+    Vector("x"), Vector("p"), Vector("b"), Vector("c"),
+    Vector("v"), Vector("u"), Vector("bv"), Vector("cv"),
+    Number("w0"), Number("w1"), Number("w2"), Number("w3"), Number("k"), Number("damping"),
+];
 const AFTER: &[Parameter] = &[Vector("a"), Vector("rate"), Number("h")];
 const TWO: &[Parameter] = &[Vector("a"), Vector("b")];
 const WITH_NUMBER: &[Parameter] = &[Vector("a"), Number("w")];
@@ -186,9 +199,10 @@ macro_rules! law {
 }
 
 /// All laws.
-pub const LAWS: [Written; 17] = [
+pub const LAWS: [Written; 18] = [
     law!("field", FIELD, field),
     law!("pull", PULL, pull),
+    law!("bend", BEND, bend),
     law!("grab", GRAB, grab),
     law!("after", AFTER, after),
     law!("add", TWO, add),

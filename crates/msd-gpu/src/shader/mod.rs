@@ -129,6 +129,8 @@ pub struct Choice {
     pub kind: Kind,
     /// Whether planes give speed back.
     pub bounces: bool,
+    /// Whether there are bends.
+    pub bends: bool,
     /// Whether there are several instances.
     pub are_several: bool,
 }
@@ -152,14 +154,16 @@ fn entry(name: &str) -> String {
 
 /// The programs of a method.
 pub fn programs(choice: Choice, manner: Manner) -> String {
-    let Choice { kind, bounces, are_several } = choice;
+    let Choice { kind, bounces, bends, are_several } = choice;
     let (inside, meet) = match (kind.holds(), bounces) {
         (false, false) => ("z", "meet"),
         (false, true) => ("z", "meet_bouncing"),
         (true, false) => ("y", "meet_holding"),
         (true, true) => ("y", "meet_holding_bouncing"),
     };
+    let bent = if bends { "f = with_bends(at, f);" } else { "" };
     let step = include_str!("step.wgsl")
+        .replace("BENDS", bent)
         .replace("MOST_PLANES", &format!("{MOST_PLANES}"))
         .replace("INSIDE", inside)
         .replace("MEET", meet);
@@ -172,5 +176,6 @@ pub fn programs(choice: Choice, manner: Manner) -> String {
     // A constant, so that a compiler loads parameters once for all threads.
     let me = if are_several { "me]" } else { "0u]" };
     let entries: String = names(kind).map(entry).collect();
-    [laws(manner), [step, method].concat().replace("ME]", me), entries].concat()
+    let bends = if bends { include_str!("bends.wgsl") } else { "" };
+    [laws(manner), [&step, bends, &method].concat().replace("ME]", me), entries].concat()
 }

@@ -25,19 +25,23 @@ struct Params {
     planes: u32,
     grabs: u32,
     substeps: u32,
-    // Places of its first particle, law, grab and flag.
+    // Places of its first particle, law, grab, flag and bend.
     first: u32,
     laws_at: u32,
     grabs_at: u32,
     flags_at: u32,
+    bends_at: u32,
+    unused: array<u32, 3>,
     list: array<Plane, MOST_PLANES>,
 }
 @group(0) @binding(1) var<storage, read> params: array<Params>;
-// Of each slice its first and last group and its instance; of each group its first and last row;
-// rows, and the numbers of rows that name their springs: see `rows.rs`.
+// Of each slice its first and last group, its instance and its lists of bends; of each group its
+// first and last row; rows, and the numbers of rows that name their springs: see `rows.rs`; lists of
+// bends: see `bends.rs`.
 @group(0) @binding(2) var<storage, read> topology: array<u32>;
-// The bits of rest length, stiffness and damping of springs; of each grab of its goal, its
-// particle, and the bits of its law.
+// The bits of rest length, stiffness and damping of springs; of each bend its particles, and the
+// bits of their weights and of its law; of each grab the bits of its goal, its particle, and the
+// bits of its law.
 @group(0) @binding(3) var<storage, read> numbers: array<vec4<u32>>;
 // Of each particle its position and reciprocal mass, and its velocity and mass.
 @group(1) @binding(0) var<storage, read> state: array<vec4<f32>>;
@@ -94,7 +98,7 @@ fn place(group: vec3<u32>, lane: u32) -> At {
 }
 
 // All forces on a particle: the fields, then the springs in the order of the sums of the core, then
-// the grabs.
+// the bends and the grabs.
 fn forces(at: At, x: vec3<f32>, v: vec3<f32>, mass: f32) -> vec3<f32> {
     var f = field(params[ME].gravity.xyz, params[ME].force.xyz, mass, params[ME].drag, v);
     let last = topology[4u * at.slice + 1u];
@@ -122,6 +126,7 @@ fn forces(at: At, x: vec3<f32>, v: vec3<f32>, mass: f32) -> vec3<f32> {
         }
         f = select(add(f, sum), sum, direct);
     }
+    BENDS
     for (var g = 0u; g < params[ME].grabs; g++) {
         let hand = params[ME].grabs_at + 2u * g;
         if numbers[hand].w == at.i - params[ME].first {

@@ -3,9 +3,10 @@
 use super::{assert_same, compare, device, prepared};
 use msd_core::glam::DVec3;
 use msd_core::{
-    Body, Friction, Integrator, Interaction, Material, Pin, Plane, Scene, Select, Settings,
+    Bend, Body, Friction, Integrator, Interaction, Material, Pin, Plane, Scene, Select, Settings,
     Simulation, shape,
 };
+use msd_gpu::Ensemble;
 
 const METHODS: [Integrator; 3] =
     [Integrator::SymplecticEuler, Integrator::VelocityVerlet, Integrator::Rk4];
@@ -164,4 +165,63 @@ fn a_state_that_the_user_sets_is_that_of_the_next_step() {
         simulation.set_state(&other, 0).expect("a valid state");
     }
     advance(&mut here, &mut there);
+}
+
+/// A sheet with bends of three particles along its rows, and of four across its edges.
+fn sheet(damping: f64) -> Scene {
+    let [columns, rows] = [12, 9];
+    let sheet = shape::cloth([columns, rows], 0.1, MATERIAL).expect("a cloth");
+    let mut scene = Scene::of("sheet", sheet);
+    let at = |particle: usize| scene.particles[particle].position;
+    let mut bends = Vec::new();
+    for corner in (0..rows - 1).flat_map(|row| (0..columns - 2).map(move |x| row * columns + x)) {
+        bends.push(Bend::line([corner, corner + 1, corner + 2], 30.0, damping));
+        let hinge = [corner + 1, corner + columns, corner, corner + columns + 1];
+        let hinge = Bend::hinge(hinge, hinge.map(at), 0.02).expect("two triangles");
+        bends.push(Bend { damping, ..hinge });
+    }
+    scene.bends = bends;
+    let pin = |particle| Pin { particle, velocity: DVec3::ZERO };
+    scene.pins = vec![pin(0), pin(columns - 1)];
+    scene
+}
+
+#[test]
+fn bends_have_the_bits_of_the_processor_and_tear_with_their_springs() {
+    let Some(device) = device() else { return };
+    for (damping, integrator) in [0.0, 0.02].into_iter().flat_map(|b| METHODS.map(|m| (b, m))) {
+        let (mut here, mut there) = {
+            let start = start(&sheet(damping), integrator);
+            (start.clone(), start)
+        };
+        let mut gpu = prepared(&device, &there);
+        for spring in [None, Some(7), Some(40)] {
+            if let Some(spring) = spring {
+                for simulation in [&mut here, &mut there] {
+                    let cut = Interaction::Cut { spring };
+                    simulation.queue(cut).expect("a spring of the sheet");
+                }
+            }
+            (0..20).for_each(|_| here.step().expect("a step"));
+            gpu.advance(&mut there, 20).expect("a run");
+            assert_same(&format!("a sheet that bends by {integrator:?}"), &here, &there);
+        }
+        assert_eq!(gpu.tally().processor, 2);
+        assert!(here.model().bends().count() < sheet(damping).bends.len());
+    }
+}
+
+#[test]
+fn scenes_with_and_without_bends_step_together() {
+    let Some(device) = device() else { return };
+    let scenes = [block(), sheet(0.0), block(), sheet(0.02)];
+    let mut there = scenes.map(|scene| start(&scene, Integrator::VelocityVerlet));
+    let mut here = there.clone();
+    let ensemble = pollster::block_on(Ensemble::new(&device, &there));
+    let ended = ensemble.expect("scenes for a device").advance(&mut there, 20).map(<[_]>::to_vec);
+    assert_eq!(ended.expect("a run"), vec![None; 4]);
+    for (here, there) in here.iter_mut().zip(&there) {
+        (0..20).for_each(|_| here.step().expect("a step"));
+        assert_same("scenes with and without bends", here, there);
+    }
 }

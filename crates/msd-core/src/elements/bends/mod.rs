@@ -9,6 +9,7 @@ use super::stencils::{Group, Stencil, StencilLaw, StencilSums, Stencils};
 use super::{Motion, Products, Projection, Resists};
 use crate::columns::add_vector;
 use crate::number::{Real, Vector};
+use crate::pack::{self, Number, each};
 use crate::scene::{Bend, Scene};
 use alloc::vec::Vec;
 use core::array::from_fn;
@@ -212,8 +213,7 @@ impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
         self.weights[end] != R::ZERO || self.rest != R::ZERO
     }
 
-    /// k s + b ŝ (ŝ·s'), along the direction ŝ of the sum alone: against all of s' a damper would
-    /// brake a bent body that turns.
+    /// The fast twin of [`pull`], for bends side by side.
     #[inline(always)]
     fn pull<const M: usize>(group: &BendGroup<R, M>, to: &mut StencilSums<'_, R>) -> [R; M] {
         let StencilSums { positions: x, ways: v, is_damped, sums: forces } = to;
@@ -408,6 +408,33 @@ impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
     }
 }
 
+/// The pull of a bend that is straight at rest, newtons. The force on each of its particles is the
+/// opposite of it times the weight of the particle. Particles of weight 0 take no part.
+///
+/// With s the weighted sum of the positions, s' that of the velocities and ŝ the direction of s:
+/// k s + b ŝ (ŝ·s'). Against all of s' a damper would brake a bent body that turns.
+pub fn pull<N: Number>(
+    [positions, velocities]: [[[N; 3]; 4]; 2],
+    weights: [N; 4],
+    [stiffness, damping]: [N; 2],
+) -> [N; 3] {
+    let (zero, one) = (stiffness.zero(), stiffness.one());
+    let sum = |of: [[N; 3]; 4]| {
+        each(|axis| {
+            (1..4).fold(zero, |sum, end| {
+                let more = sum + (of[end][axis] - of[0][axis]) * weights[end];
+                N::select(weights[end].abs().is_at_most(zero), sum, more)
+            })
+        })
+    };
+    let (bent, rate) = (sum(positions), sum(velocities));
+    let square = pack::dot(bent, bent);
+    let drag = pack::dot(bent, rate) * damping * (one / square);
+    let has_direction = square.splat(N::Scalar::SHORTEST_SQUARED).is_at_most(square);
+    let factor = stiffness + N::select(has_direction, drag, zero);
+    bent.map(|number| number * factor)
+}
+
 /// Moves the particles of a curved bend: first to reduce its deviation from rest, then against the
 /// change of its angle.
 fn project_curved<R: Real, const M: usize>(
@@ -470,5 +497,81 @@ fn dots<R: Real, const M: usize>(a: &Triple<R, M>, b: &Triple<R, M>) -> [R; M] {
 fn multiply<R: Real, const M: usize>(numbers: &mut [R; M], by: &[R; M]) {
     for lane in 0..M {
         numbers[lane] *= by[lane];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::columns::{LANES, RECORD};
+    use crate::pack::lanes::{Law, check};
+
+    /// Numbers from −1 to 1 of a fixed sequence (Knuth's generator of 64 bits); some are 0.
+    fn numbers<R: Real>(seed: u64) -> impl FnMut() -> R {
+        let mut state = seed;
+        move || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            R::of(((state >> 40) % 4097) as f64 / 2048.0 - 1.0)
+        }
+    }
+
+    /// A bundle of bends whose ends are in four records, and each of them by the law.
+    fn twins_agree<R: Real>(seed: u64) {
+        let mut number = numbers::<R>(seed);
+        let [x, v] = [(); 2].map(|()| -> [R; 4 * RECORD] { from_fn(|_| number()) });
+        let mut weights = [(); 4].map(|()| number());
+        // Ropes have bends of three particles.
+        weights[3] = if seed.is_multiple_of(2) { R::ZERO } else { weights[3] };
+        let mut rows = Vec::new();
+        for lane in 0..LANES as u32 {
+            let law = BendLaw { weights, rest: R::ZERO, stiffness: number(), damping: number() };
+            let at = from_fn(|end| (end * RECORD) as u32 + lane);
+            rows.push(Stencil { particles: [0; 4], at, law });
+        }
+        let mut all = [R::ZERO; 4 * RECORD];
+        let mut one = [R::ZERO; 4 * RECORD];
+        let to = |sums| StencilSums { positions: &x, ways: &v, is_damped: true, sums };
+        BendLaw::pull::<LANES>(&Group::new(&rows, rows[0].at), &mut to(&mut all));
+        BendLaw::pull::<1>(&Group::new(&rows[..1], rows[0].at), &mut to(&mut one));
+        for (lane, row) in rows.iter().enumerate() {
+            let ends = [&x, &v].map(|column| {
+                from_fn(|end| each(|axis| column[end * RECORD + axis * LANES + lane]))
+            });
+            let force = pull(ends, weights, [row.law.stiffness, row.law.damping]);
+            for (end, weight) in weights.into_iter().enumerate() {
+                for (axis, force) in force.into_iter().enumerate() {
+                    let at = end * RECORD + axis * LANES + lane;
+                    let takes_part = weight != R::ZERO;
+                    let wanted = if takes_part { R::ZERO - force * weight } else { R::ZERO };
+                    let alone = if lane == 0 { wanted } else { R::ZERO };
+                    let bits = |number: R| number.to_f64().to_bits();
+                    assert_eq!([all[at], one[at]].map(bits), [wanted, alone].map(bits));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn bends_side_by_side_have_the_bits_of_the_law() {
+        for seed in 0..200 {
+            twins_agree::<f32>(seed);
+            twins_agree::<f64>(seed);
+        }
+    }
+
+    struct Bending;
+
+    impl Law<30, 3> for Bending {
+        fn of<N: Number>(numbers: [N; 30]) -> [N; 3] {
+            let vectors =
+                |first: usize| from_fn(|end| each(|axis| numbers[first + 3 * end + axis]));
+            let weights = from_fn(|end| numbers[24 + end]);
+            pull([vectors(0), vectors(12)], weights, [numbers[28], numbers[29]])
+        }
+    }
+
+    #[test]
+    fn the_law_for_many_has_the_bits_of_each() {
+        check::<Bending, 30, 3>();
     }
 }
