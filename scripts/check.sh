@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Everything CI checks, in the order in which it is cheapest to fail. Run it from anywhere.
+# Everything CI checks. Run it from anywhere.
 #
 #   scripts/check.sh          all of it
 #   scripts/check.sh STEP...  some of it: fmt clippy doc test release examples bench bare elsewhere
@@ -238,19 +238,36 @@ each() {
     done
 }
 
+# Some steps, and beside them others, up to a `--`, which come second where both want a core.
+beside() {
+    local others=() log failed= id
+    for step; do
+        shift
+        [ "$step" != -- ] || break
+        others+=("$step")
+    done
+    log=$(mktemp)
+    (
+        renice -n 10 $BASHPID >/dev/null
+        each "${others[@]}"
+    ) >"$log" 2>&1 &
+    id=$!
+    # In the background too: within a condition no failure would end it.
+    (each "$@") &
+    wait $! || failed=1
+    wait "$id" || failed=1
+    cat "$log"
+    rm "$log"
+    [ -z "$failed" ]
+}
+
 if [ $# -gt 0 ]; then
     each "$@"
 else
-    each fmt clippy doc test release examples bench wasm
-    # Its browsers wait for a third of the time: other machines are emulated meanwhile.
-    log=$(mktemp)
-    (each web) >"$log" 2>&1 &
-    browsers=$!
-    (each python bare elsewhere package deny) &
-    wait $! || failed=1
-    wait "$browsers" || failed=1
-    cat "$log"
-    rm "$log"
-    [ -z "${failed:-}" ]
+    each fmt
+    # Tests wait for a quarter of their time, and browsers for a third.
+    beside release wasm clippy doc -- test
+    each examples bench
+    beside web -- python bare elsewhere package deny
 fi
 echo "check: all done"
