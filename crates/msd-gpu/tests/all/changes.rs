@@ -169,12 +169,12 @@ fn a_state_that_the_user_sets_is_that_of_the_next_step() {
 
 /// A sheet with bends of three particles along its rows, and of four across its edges.
 fn sheet(damping: f64) -> Scene {
-    let [columns, rows] = [12, 9];
-    let sheet = shape::cloth([columns, rows], 0.1, MATERIAL).expect("a cloth");
+    let [rows, columns] = [12, 9];
+    let sheet = shape::cloth([rows, columns], 0.1, MATERIAL).expect("a cloth");
     let mut scene = Scene::of("sheet", sheet);
     let at = |particle: usize| scene.particles[particle].position;
     let mut bends = Vec::new();
-    for corner in (0..rows - 1).flat_map(|row| (0..columns - 2).map(move |x| row * columns + x)) {
+    for corner in (0..rows - 1).flat_map(|y| (0..columns - 2).map(move |x| y * columns + x)) {
         bends.push(Bend::line([corner, corner + 1, corner + 2], 30.0, damping));
         let hinge = [corner + 1, corner + columns, corner, corner + columns + 1];
         let hinge = Bend::hinge(hinge, hinge.map(at), 0.02).expect("two triangles");
@@ -182,7 +182,7 @@ fn sheet(damping: f64) -> Scene {
     }
     scene.bends = bends;
     let pin = |particle| Pin { particle, velocity: DVec3::ZERO };
-    scene.pins = vec![pin(0), pin(columns - 1)];
+    scene.pins = vec![pin(0), pin((rows - 1) * columns)];
     scene
 }
 
