@@ -18,8 +18,8 @@ const STORAGE_BUFFERS: u32 = 8;
 /// Bytes from the numbers of one substep to those of the next.
 pub const STRIDE: u64 = 256;
 
-/// Whether a program can wait for a device. A browser answers only after the program has returned to
-/// it: there [`crate::GpuSimulation::poll`] takes the place of waits.
+/// Whether a program can wait for a device. A browser answers only after the program has returned
+/// to it: there [`crate::GpuSimulation::poll`] takes the place of waits.
 pub const CAN_WAIT: bool = !cfg!(target_arch = "wasm32");
 
 /// A graphics device that computes. Its clones share one device.
