@@ -117,7 +117,7 @@ wasm() {
     (
         eval "$(sh scripts/wasm-toolchain.sh .toolchain)"
         RUSTFLAGS=-Dwarnings cargo check --lib -p msd-springs -p msd-core -p msd-scene -p msd-run -p msd-study \
-            -p msd-report -p msd-render -p msd-film -p msd-app $WASM_CARGO_ARGS
+            -p msd-report -p msd-render -p msd-gpu -p msd-film -p msd-app $WASM_CARGO_ARGS
         RUSTFLAGS=-Ctarget-feature=+simd128 cargo build --lib -p msd-core \
             --config profile.dev.package.msd-core.opt-level=1 $WASM_CARGO_ARGS
     )

@@ -172,6 +172,13 @@ export class Page {
     await this.frames();
   }
 
+  // Clicks the switch of the GPU, and returns the state after it.
+  async switchGpu() {
+    const { landmarks: { gpu: [left, top, , height] } } = await this.until('panels', now => now.landmarks.gpu);
+    await this.click([left + 8, top + height / 2]);
+    return this.status();
+  }
+
   // Touches positions of the canvas with one finger each, without a release.
   async touch(...places) {
     const points = await Promise.all(places.map(place => this.place(place)));

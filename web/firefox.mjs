@@ -172,6 +172,23 @@ async function rescale(firefox, _, url) {
   }
 }
 
+// Steps on the graphics card.
+async function gpu(firefox, _, url) {
+  await firefox.go(`${url}#scene=cloth`);
+  const { landmarks: { gpu: [left, top, , height] } } =
+    await until('panels', async () => (now => now.landmarks.gpu && now)(await firefox.status()));
+  const { x, y } = await firefox.evaluate('(({ x, y }) => ({ x, y }))(document.getElementById("canvas").getBoundingClientRect())');
+  const at = { type: 'pointerMove', x: Math.round(x + left + 8), y: Math.round(y + top + height / 2), duration: 300 };
+  const actions = [at, { type: 'pointerDown', button: 0 }, { type: 'pointerUp', button: 0 }];
+  await firefox.act({ type: 'pointer', id: 'mouse', parameters: { pointerType: 'mouse' }, actions });
+  const { refusal } = await until('checked steps', async () => {
+    const now = await firefox.status();
+    return (now.refusal || 30 < now.gpu?.steps && 0 < now.gpu.checked) && now;
+  });
+  if (process.argv[2]) await writeFile(join(process.argv[2], 'firefox-gpu.png'), await firefox.picture(), 'base64');
+  assert.equal(refusal, null);
+}
+
 async function verify(firefox, _, url) {
   await firefox.go(`${url}#scene=chain&embed&verify`);
   await firefox.press(' ');
@@ -191,6 +208,7 @@ const display = `:${(await new Promise(heard => screen.stdio[3].once('data', hea
 let failed = 0;
 for (const [way, test] of [
   ['webgpu', visit], ['webgl2', visit], ['webgpu', rescale], ['webgl2', rescale], ['webgl2', verify],
+  ['webgpu', gpu],
 ]) {
   const folder = await mkdtemp(join(tmpdir(), 'msd-firefox-'));
   const start = Date.now();

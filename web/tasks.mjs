@@ -65,5 +65,14 @@ for (const scene of ['bunny', 'foam']) {
   });
   console.log(`| ${scene}, automatic, made stiffer | ${opening.toFixed(0)} | ${running.toFixed(0)} |`);
 }
+// The card is checked before its first step, and a step now and then.
+await page.page.evaluate(() => window.msd.open('#scene=cloth'));
+await page.page.waitForTimeout(1000);
+const opening = await longest(page, async () => {
+  await page.switchGpu();
+  await page.until('steps of the GPU', now => 0 < now.gpu?.steps);
+});
+const running = await longest(page, () => page.page.waitForTimeout(3000));
+console.log(`| cloth, with the GPU | ${opening.toFixed(0)} | ${running.toFixed(0)} |`);
 await page.close();
 server.close();

@@ -601,6 +601,106 @@ const once = {
   },
 };
 
+// The steps on the graphics card, which need WebGPU.
+const gpu = {
+  async 'the GPU takes the steps, with the bits of the desktop, and says how many are checked'(page) {
+    await page.go('#scene=cloth');
+    await page.switchGpu();
+    const { steps } = await page.until('steps of the GPU', now => 30 < now.gpu?.steps && 0 < now.gpu.checked);
+    await page.picture('gpu');
+    await page.page.keyboard.press('Space');
+    const paused = await page.until('a pause', now => now.paused && steps < now.steps);
+    // This step cannot wait for the GPU.
+    await page.page.keyboard.press('.');
+    const after = await page.until('a step more', now => paused.steps < now.steps);
+    assert.equal(after.gpu.left, paused.gpu.left + 1);
+    assert.equal(after.refusal, null);
+    assert.equal(await stateHash(page, 'cloth.msd', 0), await stateHash(page, 'cloth', after.steps));
+    // Another scene is the processor's until the switch is turned on again.
+    await page.page.evaluate(() => window.msd.open('#scene=chain'));
+    await page.until('another scene', now => now.scene === 'chain' && now.gpu === null);
+    await page.page.keyboard.press('Space');
+  },
+
+  async 'what a hand does while the GPU steps has the same bits when it is replayed on the desktop'(page) {
+    await page.go('#scene=cloth');
+    await page.switchGpu();
+    await page.until('steps of the GPU', now => 5 < now.gpu?.steps);
+    await page.page.keyboard.press('F9');
+    const { aim, steps } = await page.until('a recording', now => now.recording);
+    await page.drag(aim.screen, [60, -80], async () => {
+      const held = await page.status();
+      assert.notEqual(held.held, null, 'something is held');
+      await page.until('steps with a grab', now => held.steps + 10 < now.steps);
+    });
+    const free = await page.until('a release', now => now.held === null);
+    const { gpu } = await page.until('steps after it', now => free.gpu.steps + 10 < now.gpu.steps);
+    assert(steps < free.steps && 0 < gpu.checked, JSON.stringify(gpu));
+    const [download] = await Promise.all([page.page.waitForEvent('download'), page.page.keyboard.press('F9')]);
+    const msd = desktop();
+    if (!msd) return;
+    const copy = join(page.folder, 'cloth-1.msdrec');
+    await download.saveAs(copy);
+    const report = JSON.parse(execFileSync(msd, ['run', '--replay', copy, '--json']));
+    assert.equal(report.replay.same_bits, true);
+  },
+
+  async 'if the GPU is lost, the run goes on on the processor and says so'(page) {
+    await page.go('#scene=jelly');
+    await page.switchGpu();
+    const { steps } = await page.until('steps of the GPU', now => 10 < now.gpu?.steps);
+    await page.page.evaluate(() => window.msd.msd.lose_gpu());
+    const lost = await page.until('a loss', now => now.gpu === null);
+    assert.match(lost.refusal, /was lost: .*; the run continues on the processor$/);
+    await page.picture('gpu-lost');
+    await page.until('going on', now => steps + 20 < now.steps);
+    await page.page.keyboard.press('Space');
+    const paused = await page.until('a pause', now => now.paused);
+    assert.equal(await stateHash(page, 'jelly.msd', 0), await stateHash(page, 'jelly', paused.steps));
+    await page.page.keyboard.press('Space');
+    // A new one can be opened.
+    await page.switchGpu();
+    await page.until('steps of another', now => 5 < now.gpu?.steps);
+    page.said = page.said.filter(line => !/device.*(lost|destroyed)/i.test(line));
+  },
+
+  async 'a scene that the GPU does not step stays on the processor, and it says why'(page) {
+    await page.go('#scene=chain');
+    const file = { name: 'jelly.toml', mimeType: '', buffer: Buffer.from(await automatic('jelly')) };
+    await page.page.setInputFiles('#open', file);
+    await page.until('the scene', now => now.scene === 'jelly' && 5 < now.steps);
+    await page.switchGpu();
+    const { steps, gpu } = await page.until('a refusal', now => /does not step automatic/.test(now.refusal ?? ''));
+    assert.equal(gpu, null);
+    await page.until('going on', now => steps < now.steps);
+  },
+};
+
+// A page without WebGPU steps on the processor.
+const noGpu = {
+  async 'without WebGPU the switch of the GPU does nothing'(page) {
+    await page.go('#scene=jelly');
+    const { steps } = await page.switchGpu();
+    const after = await page.until('steps', now => steps + 30 < now.steps);
+    assert.deepEqual([after.gpu, after.refusal], [null, null]);
+    await page.picture('no-gpu');
+  },
+};
+
+// Returns the hash of a state after so many frames: of a scene on the desktop, or of the saved run
+// of the page.
+async function stateHash(page, source, frames) {
+  const msd = desktop();
+  if (!msd) return null;
+  const file = source.endsWith('.msd') ? join(page.folder, source) : source;
+  if (file !== source) {
+    const [download] = await Promise.all([page.page.waitForEvent('download'), page.page.click('#save')]);
+    await download.saveAs(file);
+  }
+  const run = ['run', file, '--duration', `${frames / 60}`, '--json'];
+  return JSON.parse(execFileSync(msd, run)).state_hash;
+}
+
 // A phone: a small screen with two or three pixels per CSS pixel.
 const phone = {
   async 'the canvas has as many pixels as the screen, and the scene the room'(page) {
@@ -694,8 +794,8 @@ const only = process.env.MSD_WEB_TEST ? new RegExp(process.env.MSD_WEB_TEST) : /
 const small = (way, ratio) =>
   [...WAYS[way], `--force-device-scale-factor=${ratio}`, '--window-size=500,860'];
 for (const [way, flags, list, view] of [
-  ['webgpu', WAYS.webgpu, { ...tests, ...once }],
-  ['webgl2', WAYS.webgl2, tests],
+  ['webgpu', WAYS.webgpu, { ...tests, ...once, ...gpu }],
+  ['webgl2', WAYS.webgl2, { ...tests, ...noGpu }],
   ['webgpu on a phone', small('webgpu', 2), phone, null],
   ['webgl2 on a phone', small('webgl2', 3), phone, null],
   ['neither', ['--disable-gpu', '--disable-3d-apis'], blind],

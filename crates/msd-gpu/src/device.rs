@@ -5,8 +5,11 @@ use crate::shader::symbol::Spelling;
 use crate::shader::{Choice, Manner, Roots, names, programs};
 use bytemuck::{Pod, cast_slice};
 use std::collections::HashMap;
+use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::pin::Pin;
 use std::sync::{Arc, Mutex};
+use std::task::{Context, Poll, Waker};
 use wgpu::util::DeviceExt;
 use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ComputePipeline};
 
@@ -14,6 +17,10 @@ use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ComputePipeline};
 const STORAGE_BUFFERS: u32 = 8;
 /// Bytes from the numbers of one substep to those of the next.
 pub const STRIDE: u64 = 256;
+
+/// Whether a program can wait for a device. A browser answers only after the program has returned
+/// to it: there [`crate::GpuSimulation::poll`] takes the place of waits.
+pub const CAN_WAIT: bool = !cfg!(target_arch = "wasm32");
 
 /// A graphics device that computes. Its clones share one device.
 #[derive(Clone, Debug)]
@@ -27,18 +34,25 @@ pub struct Device {
 
 #[derive(Debug)]
 struct Shared {
-    /// The reason of the driver, once the device is lost.
-    lost: Mutex<Option<String>>,
+    loss: Arc<Loss>,
     layouts: [BindGroupLayout; 3],
     exact: Buffer,
     /// The programs of methods that were asked for.
     programs: Mutex<HashMap<(Choice, Manner), Programs>>,
 }
 
-impl Shared {
+/// The reason of the driver, once the device is lost.
+#[derive(Debug, Default)]
+struct Loss(Mutex<Option<String>>);
+
+impl Loss {
+    fn reason(&self) -> Option<String> {
+        self.0.lock().expect("no panic while it is held").clone()
+    }
+
     /// Notes why the device is of no more use; the first reason counts.
     fn lose(&self, reason: String) {
-        self.lost.lock().expect("no panic while it is held").get_or_insert(reason);
+        self.0.lock().expect("no panic while it is held").get_or_insert(reason);
     }
 }
 
@@ -46,9 +60,13 @@ impl Shared {
 pub type Programs = Arc<HashMap<&'static str, ComputePipeline>>;
 
 /// The adapters of this machine, in the order of their drivers. The environment variable
-/// `WGPU_BACKEND` limits them, for example to `vulkan` or `gl`.
+/// `WGPU_BACKEND` limits them, for example to `vulkan` or `gl`. A browser has at most one.
 pub async fn adapters() -> Vec<wgpu::Adapter> {
-    let descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+    if cfg!(target_arch = "wasm32") {
+        // WebGL2 has no compute shaders.
+        descriptor.backends = wgpu::Backends::BROWSER_WEBGPU;
+    }
     let instance = wgpu::util::new_instance_with_webgpu_detection(descriptor).await;
     instance.enumerate_adapters(wgpu::Backends::all()).await
 }
@@ -104,20 +122,14 @@ impl Device {
             contents: cast_slice(&unknown_numbers()),
             usage: BufferUsages::UNIFORM,
         });
-        let (lost, programs) = Default::default();
-        let shared = Arc::new(Shared { lost, layouts, exact, programs });
-        let of_callback = Arc::downgrade(&shared);
-        device.set_device_lost_callback(move |_, reason| {
-            if let Some(shared) = of_callback.upgrade() {
-                shared.lose(reason);
-            }
-        });
-        let of_callback = Arc::downgrade(&shared);
+        let (loss, programs): (Arc<Loss>, _) = Default::default();
+        let of_callback = loss.clone();
+        device.set_device_lost_callback(move |_, reason| of_callback.lose(reason));
+        let of_callback = loss.clone();
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            if let Some(shared) = of_callback.upgrade() {
-                shared.lose(error.to_string());
-            }
+            of_callback.lose(error.to_string());
         }));
+        let shared = Arc::new(Shared { loss, layouts, exact, programs });
         let manner = Manner { spelling: Spelling::Exact, roots: Roots::Native };
         Device { device, queue, info, manner, shared }
     }
@@ -127,9 +139,9 @@ impl Device {
         &self.info
     }
 
-    /// The name of its adapter.
+    /// The name of its adapter. Browsers hide it.
     pub fn name(&self) -> String {
-        self.info.name.clone()
+        if self.info.name.is_empty() { "WebGPU".to_owned() } else { self.info.name.clone() }
     }
 
     /// The manner in which its programs compute. [`crate::probe`] finds the one with the bits of
@@ -146,7 +158,7 @@ impl Device {
     /// Destroys the device, as the reset of a driver does. It then computes nothing.
     pub fn lose(&self) {
         self.device.destroy();
-        self.shared.lose("it was destroyed".to_owned());
+        self.shared.loss.lose("it was destroyed".to_owned());
     }
 
     /// The layouts of constants, of the state and of the numbers of a substep.
@@ -292,20 +304,31 @@ impl Device {
         &self,
         act: impl FnOnce() -> Result<T, GpuError>,
     ) -> Result<T, GpuError> {
+        let (done, answer) = self.attempt(act)?;
+        answer.await?;
+        Ok(done)
+    }
+
+    /// Does something, and returns the future answer of the device.
+    pub(crate) fn attempt<T>(
+        &self,
+        act: impl FnOnce() -> Result<T, GpuError>,
+    ) -> Result<(T, Answer), GpuError> {
         self.check_lost()?;
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let use_of = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let done = act();
-        let refused = [use_of.pop().await, memory.pop().await].into_iter().flatten().next();
-        self.check_lost()?;
-        match refused {
-            Some(reason) => {
-                // One of them may be what it refuses.
-                self.shared.programs.lock().expect("no panic while it is held").clear();
-                Err(GpuError::Refused { adapter: self.name(), reason: reason.to_string() })
-            }
-            None => done,
-        }
+        let (use_of, memory) = (use_of.pop(), memory.pop());
+        let device = self.clone();
+        let answer = async move {
+            let refused = [use_of.await, memory.await].into_iter().flatten().next();
+            device.check_lost()?;
+            let Some(reason) = refused else { return Ok(()) };
+            // One of them may be what it refuses.
+            device.shared.programs.lock().expect("no panic while it is held").clear();
+            Err(GpuError::Refused { adapter: device.name(), reason: reason.to_string() })
+        };
+        Ok((done?, Answer(Box::pin(answer))))
     }
 
     /// Lets the driver work, or waits for it.
@@ -313,8 +336,17 @@ impl Device {
         // wgpu panics where a wait shows that the driver was reset.
         let poll = AssertUnwindSafe(|| drop(self.device.poll(how)));
         if catch_unwind(poll).is_err() {
-            self.shared.lose("the driver was reset".to_owned());
+            self.shared.loss.lose("the driver was reset".to_owned());
         }
+    }
+
+    /// Waits until nothing is under way.
+    pub(crate) fn wait(&self) -> Result<(), GpuError> {
+        if !CAN_WAIT {
+            return Err(GpuError::NoWait);
+        }
+        self.poll(wgpu::PollType::wait_indefinitely());
+        self.check_lost()
     }
 
     /// Whether the device was lost.
@@ -324,8 +356,43 @@ impl Device {
 
     /// Refuses a device that was lost.
     pub(crate) fn check_lost(&self) -> Result<(), GpuError> {
-        let lost = self.shared.lost.lock().expect("no panic while it is held").clone();
-        lost.map_or(Ok(()), |reason| Err(GpuError::Lost { adapter: self.name(), reason }))
+        self.shared
+            .loss
+            .reason()
+            .map_or(Ok(()), |reason| Err(GpuError::Lost { adapter: self.name(), reason }))
+    }
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+type Answering = Pin<Box<dyn Future<Output = Result<(), GpuError>> + Send>>;
+/// Objects of JavaScript stay in their thread.
+#[cfg(target_arch = "wasm32")]
+type Answering = Pin<Box<dyn Future<Output = Result<(), GpuError>>>>;
+
+/// Whether a device refuses what was done. A browser answers between two frames, others at once.
+pub struct Answer(Answering);
+
+impl Answer {
+    /// The answer, once it is there; never blocks.
+    pub(crate) fn now(&mut self) -> Option<Result<(), GpuError>> {
+        match self.0.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            Poll::Ready(answer) => Some(answer),
+            Poll::Pending => None,
+        }
+    }
+}
+
+impl Future for Answer {
+    type Output = Result<(), GpuError>;
+
+    fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
+        self.0.as_mut().poll(context)
+    }
+}
+
+impl fmt::Debug for Answer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Answer")
     }
 }
 

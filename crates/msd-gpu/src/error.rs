@@ -57,6 +57,9 @@ pub enum GpuError {
         /// The message of the driver.
         reason: String,
     },
+    /// A wait in a browser, which answers only after the program has returned to it.
+    #[error("a browser cannot wait for a GPU: poll it")]
+    NoWait,
     /// The bits of a step differ from those of the processor.
     #[error(
         "{adapter} computed other bits than the processor in step {step}, first for particle \

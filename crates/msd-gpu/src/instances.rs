@@ -319,8 +319,7 @@ impl Instances {
 
     /// Waits until nothing is under way.
     pub fn idle(&self) -> Result<(), GpuError> {
-        self.device.poll(wgpu::PollType::wait_indefinitely());
-        self.device.check_lost()
+        self.device.wait()
     }
 
     /// Submits commands and the read-back of the flags and of a state.
@@ -343,7 +342,7 @@ impl Instances {
     /// Waits for the steps that were submitted.
     pub fn wait(&mut self) -> Result<Vec<Outcome>, GpuError> {
         loop {
-            self.device.poll(wgpu::PollType::wait_indefinitely());
+            self.device.wait()?;
             if let Some(outcomes) = self.poll()? {
                 return Ok(outcomes);
             }

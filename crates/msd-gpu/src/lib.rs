@@ -25,6 +25,7 @@
 mod error;
 mod shader;
 mod device;
+mod rests;
 mod probe;
 mod bends;
 mod rows;
@@ -33,7 +34,7 @@ mod instances;
 mod simulation;
 mod ensemble;
 
-pub use device::{Device, adapters};
+pub use device::{CAN_WAIT, Device, adapters};
 pub use ensemble::Ensemble;
 pub use error::GpuError;
 pub use instances::Outcome;

@@ -6,6 +6,7 @@
 
 use crate::device::Device;
 use crate::error::GpuError;
+use crate::rests::{Rests, map};
 use crate::shader::symbol::{Parameter, Spelling};
 use crate::shader::{LAWS, Manner, Roots, Written, laws, routines};
 use std::fmt;
@@ -13,6 +14,8 @@ use wgpu::BufferUsages;
 
 /// Inputs on which each law is checked.
 const ROWS: usize = 1 << 17;
+/// Inputs that the processor works on between two looks at the clock.
+const PIECE: usize = 1 << 10;
 
 /// The verdict on the bits of a device.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,7 +58,7 @@ impl fmt::Display for Verdict {
 }
 
 /// Finds the manner in which a device computes the bits of the processor. It takes about a second
-/// on a software adapter.
+/// on a software adapter. A page of a browser responds meanwhile: the probe often rests.
 ///
 /// # Errors
 /// [`GpuError::Refused`] or [`GpuError::Lost`].
@@ -84,9 +87,15 @@ async fn first_wrong(
     program: &str,
 ) -> Result<Option<(&'static str, usize)>, GpuError> {
     for law in &LAWS {
-        let inputs = inputs(law);
+        let mut rests = Rests::new();
+        let inputs = inputs(law, &mut rests).await;
         let outputs = run(device, &program_of(law, program), &inputs, law.outputs() * ROWS).await?;
-        let wrong = count_wrong(law, &inputs, &outputs);
+        let rows = inputs.chunks(law.inputs() * PIECE);
+        let mut wrong = 0;
+        for (inputs, outputs) in rows.zip(outputs.chunks(law.outputs() * PIECE)) {
+            rests.rest_if_due().await;
+            wrong += count_wrong(law, inputs, outputs);
+        }
         log::debug!("{}: {wrong} of {ROWS} inputs differ", law.name);
         if wrong != 0 {
             return Ok(Some((law.name, wrong)));
@@ -162,12 +171,15 @@ impl Sequence {
 
 /// Inputs of a law: numbers of many sizes, ends of springs near each other and at one place, points
 /// on planes, a little inside and far, with and without friction and restitution.
-fn inputs(law: &Written) -> Vec<f32> {
+async fn inputs(law: &Written, rests: &mut Rests) -> Vec<f32> {
     let mut sequence = Sequence(7);
     let mut inputs = vec![0.0; law.inputs() * ROWS];
-    for row in inputs.chunks_mut(law.inputs()) {
-        row.iter_mut().for_each(|number| *number = sequence.float(-8, 3));
-        shape_row(law, row, &mut sequence);
+    for rows in inputs.chunks_mut(law.inputs() * PIECE) {
+        rests.rest_if_due().await;
+        for row in rows.chunks_mut(law.inputs()) {
+            row.iter_mut().for_each(|number| *number = sequence.float(-8, 3));
+            shape_row(law, row, &mut sequence);
+        }
     }
     inputs
 }
@@ -309,7 +321,7 @@ async fn run_rows(
     count: usize,
     rows: usize,
 ) -> Result<Vec<f32>, GpuError> {
-    let staging = device
+    let (staging, mapped) = device
         .checked(|| {
             let pipeline = device.pipeline(program);
             let inputs = device.storage("inputs of a law", inputs)?;
@@ -328,11 +340,14 @@ async fn run_rows(
             }
             encoder.copy_buffer_to_buffer(&outputs, 0, &staging, 0, bytes);
             device.queue.submit([encoder.finish()]);
-            staging.map_async(wgpu::MapMode::Read, .., |_| ());
-            Ok(staging)
+            let mapped = map(&staging);
+            Ok((staging, mapped))
         })
         .await?;
     device.poll(wgpu::PollType::wait_indefinitely());
+    // After a reset of the driver nothing is mapped any more.
+    device.check_lost()?;
+    mapped.await;
     device.check_lost()?;
     let bytes = staging.get_mapped_range(..).map_err(|reason| GpuError::Refused {
         adapter: device.name(),
@@ -381,7 +396,7 @@ mod tests {
     #[test]
     fn a_right_law_is_passed_and_its_inputs_exercise_it() {
         for law in &LAWS {
-            let inputs = inputs(law);
+            let inputs = pollster::block_on(inputs(law, &mut Rests::new()));
             let row = |row: &[f32]| (law.compute)(row);
             let outputs: Vec<_> = inputs.chunks(law.inputs()).map(row).collect();
             let all: Vec<f32> = outputs.iter().flatten().flatten().copied().collect();

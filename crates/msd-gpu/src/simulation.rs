@@ -1,7 +1,7 @@
 //! A simulation that a device steps, and what it leaves to the processor.
 
 use crate::check::{Checker, Difference};
-use crate::device::Device;
+use crate::device::{Answer, Device};
 use crate::error::GpuError;
 use crate::instances::{Instances, MOST_GRABS, Outcome};
 use crate::shader::{Kind, MOST_PLANES};
@@ -26,6 +26,8 @@ const MOST_PATIENCE: u64 = 64;
 #[derive(Debug)]
 pub struct GpuSimulation {
     instances: Instances,
+    /// Whether the device accepts what it was prepared with, until that is known.
+    answer: Option<Answer>,
     /// Steps that the processor takes after the next one that is refused, and those left of them.
     patience: (u64, u64),
     tally: Tally,
@@ -54,15 +56,41 @@ impl GpuSimulation {
     /// [`GpuError::Unsupported`] with the reason, [`GpuError::TooLarge`], [`GpuError::Refused`] or
     /// [`GpuError::Lost`].
     pub async fn new(device: &Device, simulation: &Simulation<f32>) -> Result<Self, GpuError> {
+        let mut new = Self::prepare(device, simulation)?;
+        if let Some(answer) = new.answer.take() {
+            answer.await?;
+        }
+        Ok(new)
+    }
+
+    /// Does the same without a wait. As long as a browser has not answered whether the device
+    /// accepts buffers and programs, [`GpuSimulation::begin`] leaves steps to the processor.
+    ///
+    /// # Errors
+    /// See [`GpuSimulation::new`].
+    pub fn prepare(device: &Device, simulation: &Simulation<f32>) -> Result<Self, GpuError> {
+        Self::check_supported(simulation)?;
         let all = slice::from_ref(simulation);
-        Ok(GpuSimulation {
-            instances: prepare(device, all).await?,
+        let (instances, answer) = device.attempt(|| Instances::prepare(device, all))?;
+        let mut new = GpuSimulation {
+            instances,
+            answer: Some(answer),
             patience: (1, 0),
             tally: Tally::default(),
             checker: Checker::new(),
             is_checked: false,
             grabs: simulation.model().grabs().to_vec(),
-        })
+        };
+        new.is_accepted()?;
+        Ok(new)
+    }
+
+    /// Whether the device has accepted what it was prepared with.
+    fn is_accepted(&mut self) -> Result<bool, GpuError> {
+        let Some(answer) = &mut self.answer else { return Ok(true) };
+        let Some(answered) = answer.now() else { return Ok(false) };
+        self.answer = None;
+        answered.map(|()| true)
     }
 
     /// Refuses a simulation that a device does not step, whatever the device.
@@ -133,7 +161,7 @@ impl GpuSimulation {
             self.patience.1 -= 1;
             return Ok(false);
         }
-        if !can_take(simulation) {
+        if !self.is_accepted()? || !can_take(simulation) {
             return Ok(false);
         }
         self.load(simulation);
@@ -154,7 +182,7 @@ impl GpuSimulation {
         simulation.step()?;
         self.tally.processor += 1;
         if is_changed {
-            let mut renewed = pollster::block_on(Self::new(self.device(), simulation))?;
+            let mut renewed = Self::prepare(self.device(), simulation)?;
             std::mem::swap(&mut renewed.checker, &mut self.checker);
             (renewed.tally, renewed.patience) = (self.tally, self.patience);
             *self = renewed;
@@ -259,7 +287,7 @@ impl GpuSimulation {
     /// Waits for the batch that was begun.
     ///
     /// # Errors
-    /// [`GpuError::Lost`].
+    /// [`GpuError::Lost`], or [`GpuError::NoWait`] where nothing [can wait](crate::CAN_WAIT).
     ///
     /// # Panics
     /// If none was begun.

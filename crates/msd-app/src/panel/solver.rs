@@ -40,7 +40,6 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         newton(ui, session);
     }
     precision(ui, viewer);
-    #[cfg(not(target_arch = "wasm32"))]
     device_checks(ui, &viewer.session);
     stability_light(ui, &viewer.session);
 }
@@ -129,33 +128,36 @@ fn precision(ui: &mut Ui, viewer: &mut Viewer) {
                 session.tune(SolverRow::precision(precision));
             }
         }
-        #[cfg(not(target_arch = "wasm32"))]
         device(ui, viewer);
     });
 }
 
 /// Shows the switch to the graphics device.
-#[cfg(not(target_arch = "wasm32"))]
 fn device(ui: &mut Ui, viewer: &mut Viewer) {
     let is_opening = viewer.session.is_gpu_opening();
+    let obstacle = viewer.session.gpu_obstacle();
     let device = viewer.session.device();
     let mut is_on = is_opening || device.is_some();
     let name = device.map_or(String::new(), |device| format!("{}. ", device.name()));
     let hover = format!(
-        "{name}Steps on the graphics card, with the same bits as the processor. A thread repeats \
-         some of the steps on the processor and compares"
+        "{name}Steps on the graphics card, with the same bits as the processor. The processor \
+         repeats some of the steps and compares"
     );
     let text = if is_opening { "GPU …" } else { "GPU" };
     let widget = egui::Checkbox::new(&mut is_on, text);
-    let response = ui.add_enabled(!is_opening, widget).on_hover_text(hover);
+    let response = ui.add_enabled(!is_opening && obstacle.is_none(), widget).on_hover_text(hover);
+    let response = response.on_disabled_hover_text(obstacle.unwrap_or("msd checks its bits"));
     viewer.layout.landmarks.insert("gpu", response.rect);
+    if is_opening {
+        // A paused run shows no frames by itself.
+        ui.ctx().request_repaint();
+    }
     if response.changed() {
         viewer.session.use_gpu(is_on);
     }
 }
 
 /// Shows how many steps of the graphics device were checked, if it takes them.
-#[cfg(not(target_arch = "wasm32"))]
 fn device_checks(ui: &mut Ui, session: &Session) {
     let Some(device) = session.device() else { return };
     let tally = device.tally();

@@ -31,9 +31,7 @@ pub use material::{LookEdit, LookValues, Material, MaterialEdit, MaterialValues,
 pub use msd_scene::Wind;
 pub use parts::Parts;
 pub use past::{Deed, Mark, MarkKind};
-#[cfg(not(target_arch = "wasm32"))]
-pub use run::DeviceRun;
-pub use run::{Reading, Revision, Run};
+pub use run::{DeviceRun, Reading, Revision, Run};
 pub use solver::MOST_SUBSTEPS;
 pub use throttle::Throttle;
 pub use touches::{TouchEdit, TouchValues, shells_of};
@@ -110,7 +108,6 @@ pub struct Session {
     space: Option<Space>,
     /// The last refusal, for the status line.
     refusal: Option<String>,
-    #[cfg(not(target_arch = "wasm32"))]
     gpu: run::GpuSwitch,
 }
 
@@ -152,7 +149,6 @@ impl Session {
             twin: None,
             space,
             refusal: None,
-            #[cfg(not(target_arch = "wasm32"))]
             gpu: run::GpuSwitch::default(),
         };
         session.follow_wind();

@@ -1,5 +1,6 @@
 //! Changes of the solver during a run.
 
+use super::run::gpu_obstacle;
 use super::{Deed, Session};
 use msd_core::Error;
 use msd_run::recording::Event;
@@ -66,33 +67,25 @@ impl Session {
     /// Returns whether the next step can be taken now: a device may still be computing it. Says why
     /// a device takes no more of them.
     pub(super) fn is_ready(&mut self) -> bool {
-        #[cfg(not(target_arch = "wasm32"))]
-        {
-            let is_ready = self.run.is_ready();
-            self.note_end_of_device();
-            is_ready
-        }
-        #[cfg(target_arch = "wasm32")]
-        true
+        let is_ready = self.run.is_ready();
+        self.note_end_of_device();
+        is_ready
     }
 
     /// Says why a device takes no more steps.
     pub(super) fn note_end_of_device(&mut self) {
-        #[cfg(not(target_arch = "wasm32"))]
         if let Some(reason) = self.run.take_end_of_device() {
             self.refusal = Some(reason);
         }
     }
 
     /// Lets a graphics device take the steps to come, or the processor. Says why it cannot.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn set_device(&mut self, device: Option<msd_gpu::Device>) {
         let refused = self.run.set_device(device).err();
         self.refusal = refused.map(|error| error.to_string());
     }
 
     /// Lets the first graphics device take the steps to come once it is open, or the processor.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn use_gpu(&mut self, is_wanted: bool) {
         if !is_wanted {
             self.set_device(None);
@@ -102,7 +95,6 @@ impl Session {
     }
 
     /// Returns whether the graphics device is being opened, and uses it once it is.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn is_gpu_opening(&mut self) -> bool {
         match self.gpu.opened() {
             Some(Ok(device)) => self.set_device(Some(device)),
@@ -112,8 +104,12 @@ impl Session {
         self.gpu.is_opening()
     }
 
+    /// Returns why no graphics device can take the steps, if that is known beforehand.
+    pub fn gpu_obstacle(&self) -> Option<&'static str> {
+        gpu_obstacle()
+    }
+
     /// Returns the graphics device that takes the steps.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn device(&self) -> Option<&super::DeviceRun> {
         self.run.device()
     }

@@ -12,11 +12,13 @@
 //! (the current one on each particle, N), `trade` (null while it is off or waits: number of
 //! `measured` settings, cost of the `cheapest` in s/s, `now`, `done`, `failure`, measured `parts`,
 //! `search`), `solver` (`integrator`, `substeps` or null until they are chosen, `automatic`,
-//! `precision`), `elastic` (energy, J, or null), `past` (`back` and `ahead`: number of earlier and
-//! later states; `undo` and `redo`: their next edits, or null), `recording` (its file or null),
-//! `twin` (null, or its root mean square distance, m), `gallery` (null, or number of rendered
-//! thumbnails), `solids` (positions of their centres), `findings` (sentences), `crossings`
-//! (intersecting pairs of triangles, or null), `contacts` (with obstacles, since the start),
+//! `precision`), `gpu` (null, or numbers of its `steps` and of the `checked` ones, and the number
+//! `left` to the processor), `refusal` (the last one, or null), `elastic` (energy, J, or null),
+//! `past` (`back` and `ahead`: number of earlier and later states; `undo` and `redo`: their next
+//! edits, or null), `recording` (its file or null), `twin` (null, or its root mean square distance,
+//! m), `gallery` (null, or number of rendered thumbnails), `solids` (positions of their centres),
+//! `findings` (sentences), `crossings` (intersecting pairs of triangles, or null), `contacts` (with
+//! obstacles, since the start),
 //! `full_screen`, `focus` (whether a control has the focus), `group` and `grabs` (numbers of
 //! particles in the group, and grabbed), `guide` (completed steps of the tour, or null),
 //! `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `filming` (null, or number of
@@ -88,6 +90,11 @@ fn report_of_view(viewer: &Viewer, scale: f32) -> Value {
     let landmarks: BTreeMap<_, _> =
         viewer.layout.landmarks.iter().map(|(name, rect)| (name, area(*rect, scale))).collect();
     json!({
+        "gpu": session.device().map(|device| {
+            let tally = device.tally();
+            json!({ "steps": tally.device, "checked": tally.checked, "left": tally.processor })
+        }),
+        "refusal": session.refusal(),
         "elastic": session.energy().map(|energy| energy.elastic),
         "past": past(session),
         "recording": session.recording(),

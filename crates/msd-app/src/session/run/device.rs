@@ -1,14 +1,15 @@
 //! Steps on a graphics device, computed while frames are drawn.
 
 use msd_core::{Error, Settings, Simulation};
-use msd_gpu::{Device, GpuError, GpuSimulation, Outcome, Tally};
+use msd_gpu::{CAN_WAIT, Device, GpuError, GpuSimulation, Outcome, Tally};
 use msd_run::Runner;
 
 /// A device that takes the steps of a run.
 ///
 /// A step is begun in one frame and taken in a later one, once it is there; no frame waits for it.
 /// What changes the run in between makes the step void, and it is begun anew. While the user moves
-/// what they hold, each frame would void it, so that frame waits for its step.
+/// what they hold, each frame would void it, so that frame waits for its step. In a browser no
+/// frame can wait: there the processor takes that step.
 #[derive(Debug)]
 pub struct DeviceRun {
     device: Device,
@@ -44,7 +45,7 @@ impl DeviceRun {
     /// [`GpuError::Unsupported`] with the reason, and as of [`GpuSimulation::new`].
     pub(super) fn new(device: Device, runner: &Runner) -> Result<Self, GpuError> {
         let simulation = steppable(runner)?;
-        let gpu = pollster::block_on(GpuSimulation::new(&device, simulation))?;
+        let gpu = GpuSimulation::prepare(&device, simulation)?;
         Ok(DeviceRun {
             device,
             gpu,
@@ -60,6 +61,12 @@ impl DeviceRun {
     /// Its name.
     pub fn name(&self) -> String {
         self.device.name()
+    }
+
+    /// Destroys the device, for tests.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) fn lose(&self) {
+        self.device.lose();
     }
 
     /// The steps so far by who took them.
@@ -86,8 +93,8 @@ impl DeviceRun {
 
     /// Begins the next step, and returns whether it can be taken; never waits for the device.
     pub(super) fn is_ready(&mut self, runner: &mut Runner) -> Result<bool, GpuError> {
-        if self.is_moved && matches!(self.step, NextStep::Begun) {
-            self.step = NextStep::Done(Box::new(self.gpu.wait()?));
+        if self.is_moved {
+            self.wait()?;
         }
         if let NextStep::Begun = self.step {
             match self.gpu.poll()? {
@@ -107,22 +114,33 @@ impl DeviceRun {
             *self = DeviceRun { past, ..DeviceRun::new(self.device.clone(), runner)? };
         }
         let Runner::F32(simulation, _) = runner else { return Ok(false) };
-        let is_begun = self.gpu.begin(simulation, 1)?;
+        let is_moved = std::mem::take(&mut self.is_moved);
+        let is_begun = (CAN_WAIT || !is_moved) && self.gpu.begin(simulation, 1)?;
         self.step = if is_begun { NextStep::Begun } else { NextStep::OfProcessor };
-        if is_begun && std::mem::take(&mut self.is_moved) {
-            self.step = NextStep::Done(Box::new(self.gpu.wait()?));
+        if is_moved {
+            self.wait()?;
         }
         Ok(!matches!(self.step, NextStep::Begun))
     }
 
-    /// Takes the next step, and waits for it if it is not there yet.
-    pub(super) fn step(&mut self, runner: &mut Runner) -> Result<(), GpuError> {
-        while !self.is_ready(runner)? {
-            if let NextStep::Begun = self.step {
-                self.step = NextStep::Done(Box::new(self.gpu.wait()?));
-            }
+    /// Waits for the step under way, if there is one and a program can wait; returns whether it did.
+    fn wait(&mut self) -> Result<bool, GpuError> {
+        let waits = CAN_WAIT && matches!(self.step, NextStep::Begun);
+        if waits {
+            self.step = NextStep::Done(Box::new(self.gpu.wait()?));
         }
+        Ok(waits)
+    }
+
+    /// Takes the next step, and waits for it if it is not there yet. Where a program cannot wait,
+    /// the processor takes it.
+    pub(super) fn step(&mut self, runner: &mut Runner) -> Result<(), GpuError> {
+        while !self.is_ready(runner)? && self.wait()? {}
         let Runner::F32(simulation, _) = runner else { return Ok(()) };
+        if let NextStep::Begun = self.step {
+            self.is_void = true;
+            return self.gpu.step_on_processor(simulation);
+        }
         match std::mem::replace(&mut self.step, NextStep::None) {
             NextStep::Done(outcome) => self.gpu.take(simulation, &outcome),
             _ => self.gpu.step_on_processor(simulation),

@@ -1,20 +1,14 @@
 //! The run behind a single interface, and readings that each change of it voids.
 
-#[cfg(not(target_arch = "wasm32"))]
 mod device;
-#[cfg(not(target_arch = "wasm32"))]
 mod switch;
 
-#[cfg(not(target_arch = "wasm32"))]
 pub use device::DeviceRun;
-#[cfg(not(target_arch = "wasm32"))]
-pub(super) use switch::GpuSwitch;
+pub(super) use switch::{GpuSwitch, gpu_obstacle};
 
-#[cfg(not(target_arch = "wasm32"))]
 use device::failure_of;
 use msd_core::stability::Estimator;
 use msd_core::{Error, Interaction};
-#[cfg(not(target_arch = "wasm32"))]
 use msd_gpu::{Device, GpuError};
 use msd_run::{Moment, Runner};
 use msd_scene::Loaded;
@@ -39,20 +33,13 @@ pub struct Run {
     /// Whether gusts have done work since the last change.
     is_driven: bool,
     /// The device that takes its steps, and why it ended.
-    #[cfg(not(target_arch = "wasm32"))]
     device: (Option<Box<DeviceRun>>, Option<String>),
 }
 
 impl Run {
     /// A run at its first revision.
     pub(super) fn new(runner: Runner) -> Self {
-        Run {
-            runner,
-            revision: Revision::default(),
-            is_driven: false,
-            #[cfg(not(target_arch = "wasm32"))]
-            device: (None, None),
-        }
+        Run { runner, revision: Revision::default(), is_driven: false, device: (None, None) }
     }
 
     /// The runner.
@@ -69,7 +56,6 @@ impl Run {
     pub(super) fn change<T>(&mut self, change: impl FnOnce(&mut Runner) -> T) -> T {
         self.revision.0 += 1;
         self.is_driven = false;
-        #[cfg(not(target_arch = "wasm32"))]
         if let Some(device) = &mut self.device.0 {
             device.renew();
         }
@@ -88,13 +74,7 @@ impl Run {
         stepped
     }
 
-    #[cfg(target_arch = "wasm32")]
-    fn step_anywhere(&mut self, _: &Moment) -> Result<(), Error> {
-        self.runner.step()
-    }
-
     /// Takes a step by the device, if there is one, or by the processor.
-    #[cfg(not(target_arch = "wasm32"))]
     fn step_anywhere(&mut self, before: &Moment) -> Result<(), Error> {
         let Some(device) = &mut self.device.0 else { return self.runner.step() };
         let Err(error) = device.step(&mut self.runner) else { return Ok(()) };
@@ -108,7 +88,6 @@ impl Run {
     }
 
     /// Returns whether the next step can be taken now: a device may still be computing it.
-    #[cfg(not(target_arch = "wasm32"))]
     pub(super) fn is_ready(&mut self) -> bool {
         let Some(device) = &mut self.device.0 else { return true };
         // A step that fails on the processor fails there again.
@@ -116,7 +95,6 @@ impl Run {
     }
 
     /// Gives the device up, unless a step has failed as it does on the processor.
-    #[cfg(not(target_arch = "wasm32"))]
     fn end_device(&mut self, error: GpuError) -> Result<(), Error> {
         match failure_of(error) {
             Ok(error) => Err(error),
@@ -128,13 +106,11 @@ impl Run {
     }
 
     /// The device that takes its steps.
-    #[cfg(not(target_arch = "wasm32"))]
     pub fn device(&self) -> Option<&DeviceRun> {
         self.device.0.as_deref()
     }
 
     /// Takes the reason why the device ended.
-    #[cfg(not(target_arch = "wasm32"))]
     pub(super) fn take_end_of_device(&mut self) -> Option<String> {
         self.device.1.take()
     }
@@ -143,7 +119,6 @@ impl Run {
     ///
     /// # Errors
     /// See [`DeviceRun::new`]; nothing changes then.
-    #[cfg(not(target_arch = "wasm32"))]
     pub(super) fn set_device(&mut self, device: Option<Device>) -> Result<(), GpuError> {
         let device = device.map(|device| DeviceRun::new(device, &self.runner)).transpose()?;
         self.device = (device.map(Box::new), None);
@@ -182,7 +157,6 @@ impl Run {
     /// Moves the target of an existing grab or pin, or updates a gust.
     pub(super) fn move_held(&mut self, motion: Interaction) -> Result<(), Error> {
         self.is_driven |= matches!(motion, Interaction::SetForce { .. });
-        #[cfg(not(target_arch = "wasm32"))]
         if let Some(device) = &mut self.device.0 {
             device.void();
         }

@@ -159,6 +159,15 @@ pub fn position(particle: usize) -> Promise {
     })
 }
 
+/// Destroys the graphics device that takes the steps, for tests.
+#[wasm_bindgen]
+pub fn lose_gpu() -> Promise {
+    ask(|viewer| {
+        viewer.session.device().ok_or("no graphics device takes the steps")?.lose();
+        Ok(String::new())
+    })
+}
+
 /// Runs a function on the viewer between two frames; the promise has its answer, or an error of one
 /// line.
 fn ask(question: impl FnOnce(&mut Viewer) -> Result<String, String> + 'static) -> Promise {

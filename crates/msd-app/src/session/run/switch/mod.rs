@@ -1,8 +1,21 @@
-//! The switch to a graphics device: a thread opens and probes it while the window goes on.
+//! The switch to a graphics device, which is opened and probed while the window goes on.
+
+#[cfg(not(target_arch = "wasm32"))]
+mod native;
+#[cfg(target_arch = "wasm32")]
+mod web;
+
+#[cfg(not(target_arch = "wasm32"))]
+pub use native::gpu_obstacle;
+#[cfg(target_arch = "wasm32")]
+pub use web::gpu_obstacle;
 
 use msd_gpu::{Device, probe};
+#[cfg(not(target_arch = "wasm32"))]
+use native::spawn;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use std::thread;
+#[cfg(target_arch = "wasm32")]
+use web::spawn;
 
 /// The graphics device of the window, as far as it is known.
 #[derive(Debug, Default)]
@@ -10,7 +23,7 @@ pub enum GpuSwitch {
     /// Nobody has asked for it.
     #[default]
     Unknown,
-    /// A thread opens and probes it.
+    /// It is being opened and probed.
     Opening(Receiver<Result<Device, String>>),
     /// It computes the bits of the processor.
     Open(Box<Device>),
@@ -28,7 +41,7 @@ impl GpuSwitch {
             GpuSwitch::Unknown => {
                 let (send, opened) = channel();
                 // The window may be closed before it is open.
-                thread::spawn(move || drop(send.send(open())));
+                spawn(move || async move { drop(send.send(open().await)) });
                 *self = GpuSwitch::Opening(opened);
             }
         }
@@ -57,9 +70,9 @@ impl GpuSwitch {
 }
 
 /// Opens the first device and probes it.
-fn open() -> Result<Device, String> {
-    let device = pollster::block_on(Device::open("")).map_err(|error| error.to_string())?;
-    let verdict = pollster::block_on(probe(&device)).map_err(|error| error.to_string())?;
+async fn open() -> Result<Device, String> {
+    let device = Device::open("").await.map_err(|error| error.to_string())?;
+    let verdict = probe(&device).await.map_err(|error| error.to_string())?;
     let manner = verdict.manner().ok_or_else(|| format!("{}: {verdict}", device.name()))?;
     Ok(device.with_manner(manner))
 }
