@@ -1,23 +1,34 @@
 //! Many simulations of one method at once on a device: sweeps and studies of small scenes.
 
+use crate::check::{Checker, Difference};
 use crate::device::Device;
 use crate::error::GpuError;
 use crate::instances::{Instances, Outcome};
 use crate::simulation::{Tally, prepare, steps_of_batch};
-use msd_core::{Error, Settings, Simulation};
+use msd_core::{Error, Settings, Simulation, State};
+use std::borrow::{Borrow, BorrowMut};
+
+/// Submissions from one read-back to the next, at most: each read-back moves all states.
+const MOST_MERGED: u64 = 16;
 
 /// Simulations on a device that step together. They may differ in all but the method and the number
 /// of substeps. Equal tables of springs are stored once.
 ///
 /// A small scene does not fill a device: a substep takes as long as the latency of the device. Many
-/// small scenes take hardly longer than one. The processor repeats none of their steps as a check.
+/// small scenes take hardly longer than one. While they step, the processor repeats a step of one
+/// of them now and then, of each in turn, and compares all bits.
 #[derive(Debug)]
 pub struct Ensemble {
     instances: Instances,
     /// Why instances ended early.
     ended: Vec<Option<Error>>,
+    /// Steps of a submission, and submissions from one read-back to the next.
     batch: u64,
+    merged: u64,
     tally: Tally,
+    checker: Checker,
+    /// Checks that were begun: the next is of the simulation of this number, counted round.
+    begun: usize,
 }
 
 impl Ensemble {
@@ -26,30 +37,37 @@ impl Ensemble {
     /// # Errors
     /// [`GpuError::Unsupported`] if there are no simulations, or if they have several methods or
     /// numbers of substeps; otherwise see [`crate::GpuSimulation::new`].
-    pub async fn new(device: &Device, simulations: &[Simulation<f32>]) -> Result<Self, GpuError> {
+    pub async fn new<S: Borrow<Simulation<f32>>>(
+        device: &Device,
+        simulations: &[S],
+    ) -> Result<Self, GpuError> {
+        let simulations: Vec<&Simulation<f32>> = simulations.iter().map(S::borrow).collect();
         let of = |simulation: &Simulation<f32>| {
             let Settings { integrator, substeps, .. } = simulation.settings();
             (integrator, substeps)
         };
-        let [first, rest @ ..] = simulations else {
+        let [first, rest @ ..] = &simulations[..] else {
             return Err(GpuError::Unsupported("an ensemble of no scenes".to_owned()));
         };
-        refuse_input(simulations)?;
+        refuse_input(&simulations)?;
         if rest.iter().any(|other| of(other) != of(first)) {
             let reason = "an ensemble of several methods or numbers of substeps".to_owned();
             return Err(GpuError::Unsupported(reason));
         }
         Ok(Ensemble {
-            instances: prepare(device, simulations).await?,
+            instances: prepare(device, &simulations).await?,
             ended: vec![None; simulations.len()],
-            batch: steps_of_batch(simulations),
+            batch: steps_of_batch(&simulations),
+            merged: 1,
             tally: Tally::default(),
+            checker: Checker::new(),
+            begun: 0,
         })
     }
 
-    /// The steps of all simulations so far, by who took them; none of them is checked.
+    /// The steps of all simulations so far, by who took them.
     pub fn tally(&self) -> Tally {
-        self.tally
+        Tally { checked: self.checker.checked(), ..self.tally }
     }
 
     /// Advances all simulations by a number of steps, and returns why some of them ended early.
@@ -60,30 +78,86 @@ impl Ensemble {
     ///
     /// # Errors
     /// [`GpuError::Lost`]; each simulation then stands at the last state that was read back.
-    pub fn advance(
+    /// [`GpuError::Differs`]: a check failed, and no step of the ensemble is to be trusted.
+    pub fn advance<S: BorrowMut<Simulation<f32>>>(
         &mut self,
-        simulations: &mut [Simulation<f32>],
+        simulations: &mut [S],
         steps: u64,
     ) -> Result<&[Option<Error>], GpuError> {
         refuse_input(simulations)?;
         let mut left = steps;
         while 0 < left {
             self.instances.device().check_lost()?;
-            let batch = left.min(self.batch);
+            let checked = self.due(simulations);
+            let most = self.batch * self.merged;
+            let batch = if checked.is_some() { 1 } else { left.min(most) };
             for (number, simulation) in simulations.iter().enumerate() {
-                self.instances.load(number, simulation);
+                self.instances.load(number, simulation.borrow());
             }
-            self.instances.submit(batch);
-            let outcomes = self.instances.wait()?;
+            let outcomes = self.compute(batch)?;
+            // The processor takes the steps from a refused one to the next read-back.
+            let is_live =
+                |(outcome, ended): (&Outcome, &Option<Error>)| outcome.refused && ended.is_none();
+            let is_any_refused = outcomes.iter().zip(&self.ended).any(is_live);
+            self.merged = if is_any_refused { 1 } else { (2 * self.merged).min(MOST_MERGED) };
+            if let Some(number) = checked.filter(|&number| outcomes[number].steps == 1) {
+                self.check(simulations[number].borrow(), &outcomes[number].state);
+            }
             for (number, (simulation, outcome)) in simulations.iter_mut().zip(outcomes).enumerate()
             {
                 if self.ended[number].is_none() {
-                    self.ended[number] = self.take(simulation, &outcome, batch).err();
+                    self.ended[number] = self.take(simulation.borrow_mut(), &outcome, batch).err();
                 }
             }
+            let found = self.checker.result();
+            self.refuse_difference(found)?;
             left -= batch;
         }
         Ok(&self.ended)
+    }
+
+    /// Computes steps in submissions short enough for a driver, and reads back once.
+    fn compute(&mut self, steps: u64) -> Result<Vec<Outcome>, GpuError> {
+        let before = (steps - 1) / self.batch;
+        (0..before).for_each(|_| self.instances.submit_alone(self.batch));
+        let before = before * self.batch;
+        self.instances.submit(steps - before);
+        let mut outcomes = self.instances.wait()?;
+        for outcome in outcomes.iter_mut().filter(|outcome| !outcome.refused) {
+            outcome.steps += before;
+        }
+        Ok(outcomes)
+    }
+
+    /// Waits for the check that is under way.
+    ///
+    /// # Errors
+    /// [`GpuError::Differs`].
+    pub fn finish_check(&mut self) -> Result<(), GpuError> {
+        let found = self.checker.wait();
+        self.refuse_difference(found)
+    }
+
+    /// The number of the simulation whose next step is to be checked, if it is time to check one.
+    fn due<S: Borrow<Simulation<f32>>>(&self, simulations: &[S]) -> Option<usize> {
+        let going = |number: &usize| self.ended[*number].is_none();
+        let turn = (0..simulations.len()).map(|number| (self.begun + number) % simulations.len());
+        let number = turn.into_iter().find(going)?;
+        self.checker.is_due(simulations[number].borrow().steps()).then_some(number)
+    }
+
+    /// Begins to check a step from the state of a simulation to another.
+    fn check(&mut self, simulation: &Simulation<f32>, after: &State<f32>) {
+        self.begun += 1;
+        // Another one than the last.
+        self.checker.renew();
+        self.checker.begin(simulation, after);
+    }
+
+    fn refuse_difference(&self, found: Option<Difference>) -> Result<(), GpuError> {
+        let Some(Difference { steps, particle, .. }) = found else { return Ok(()) };
+        let adapter = self.instances.device().name();
+        Err(GpuError::Differs { adapter, step: steps + 1, particle })
     }
 
     /// Puts the outcome of a batch into a simulation. The processor takes the steps from one that
@@ -105,8 +179,9 @@ impl Ensemble {
 }
 
 /// Refuses simulations with queued interactions or pushes: these act on one step of one of them.
-fn refuse_input(simulations: &[Simulation<f32>]) -> Result<(), GpuError> {
-    let has_input = |simulation: &Simulation<f32>| {
+fn refuse_input<S: Borrow<Simulation<f32>>>(simulations: &[S]) -> Result<(), GpuError> {
+    let has_input = |simulation: &S| {
+        let simulation: &Simulation<f32> = simulation.borrow();
         !simulation.queued().is_empty() || !simulation.model().pushes().is_empty()
     };
     if simulations.iter().any(has_input) {

@@ -171,10 +171,10 @@ impl Assembly {
 impl Instances {
     /// Prepares a device to step simulations that it supports, of one method and one number of
     /// substeps. At least one.
-    pub fn prepare(device: &Device, all: &[Simulation<f32>]) -> Result<Self, GpuError> {
+    pub fn prepare(device: &Device, all: &[&Simulation<f32>]) -> Result<Self, GpuError> {
         let settings = all[0].settings();
         let kind = Kind::of(settings.integrator).expect("a method that is supported");
-        let bounce = |simulation: &Simulation<f32>| {
+        let bounce = |simulation: &&Simulation<f32>| {
             simulation.model().planes().iter().any(|plane| plane.restitution() != 0.0)
         };
         let bounces = all.iter().any(bounce);

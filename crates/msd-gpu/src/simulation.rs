@@ -6,7 +6,6 @@ use crate::error::GpuError;
 use crate::instances::{Instances, MOST_GRABS, Outcome};
 use crate::shader::{Kind, MOST_PLANES};
 use msd_core::{Grab, Integrator, Interaction, Simulation};
-use std::slice;
 use wgpu::Buffer;
 
 /// The most substeps of a step: each has numbers of its own.
@@ -57,10 +56,10 @@ impl GpuSimulation {
     /// [`GpuError::Unsupported`] with the reason, [`GpuError::TooLarge`], [`GpuError::Refused`] or
     /// [`GpuError::Lost`].
     pub async fn new(device: &Device, simulation: &Simulation<f32>) -> Result<Self, GpuError> {
-        let all = slice::from_ref(simulation);
+        let all = [simulation];
         Ok(GpuSimulation {
-            batch: steps_of_batch(all),
-            instances: prepare(device, all).await?,
+            batch: steps_of_batch(&all),
+            instances: prepare(device, &all).await?,
             patience: (1, 0),
             tally: Tally::default(),
             checker: Checker::new(),
@@ -291,9 +290,9 @@ impl GpuSimulation {
 /// Prepares a device to step simulations.
 pub async fn prepare(
     device: &Device,
-    simulations: &[Simulation<f32>],
+    simulations: &[&Simulation<f32>],
 ) -> Result<Instances, GpuError> {
-    if let Some(reason) = simulations.iter().find_map(unsupported) {
+    if let Some(reason) = simulations.iter().find_map(|simulation| unsupported(simulation)) {
         return Err(GpuError::Unsupported(reason));
     }
     device.checked(|| Instances::prepare(device, simulations)).await
@@ -301,8 +300,8 @@ pub async fn prepare(
 
 /// Steps of a batch of some simulations: a fraction of a second of a slow device, so that no driver
 /// resets it.
-pub fn steps_of_batch(simulations: &[Simulation<f32>]) -> u64 {
-    let of_step = |simulation: &Simulation<f32>| {
+pub fn steps_of_batch(simulations: &[&Simulation<f32>]) -> u64 {
+    let of_step = |simulation: &&Simulation<f32>| {
         let (model, settings) = (simulation.model(), simulation.settings());
         let per_substep = if settings.integrator == Integrator::Rk4 { 4 } else { 1 };
         // A dispatch takes as long as at least so many evaluations.

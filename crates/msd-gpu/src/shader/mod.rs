@@ -133,6 +133,17 @@ pub struct Choice {
     pub are_several: bool,
 }
 
+impl Choice {
+    /// Every choice.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let kinds = [Kind::Explicit, Kind::Symplectic, Kind::Verlet, Kind::Rk4].into_iter();
+        kinds.flat_map(|kind| {
+            let of = |[bounces, are_several]: [bool; 2]| Choice { kind, bounces, are_several };
+            [[false, false], [false, true], [true, false], [true, true]].map(of)
+        })
+    }
+}
+
 /// The names of the programs of each particle.
 pub fn names(kind: Kind) -> impl Iterator<Item = &'static str> {
     ["begin_step"].into_iter().chain(kind.programs().iter().copied())
