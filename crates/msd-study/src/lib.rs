@@ -33,7 +33,7 @@ pub mod sweep;
 
 pub use behaviour::{audit, inspection, limits, terms};
 pub use candidates::{choice, ladder};
-pub use measure::{clock, errors, machine, reference, trial};
+pub use measure::{cache, clock, device, errors, machine, reference, trial};
 pub use msd_run::quantity;
 pub use msd_scene::parts;
 pub use study::{ReferenceNote, Study, conduct, words};
