@@ -36,7 +36,7 @@ pub use candidates::{choice, ladder};
 pub use measure::{cache, clock, device, errors, machine, reference, trial};
 pub use msd_run::quantity;
 pub use msd_scene::parts;
-pub use study::{ReferenceNote, Study, conduct, words};
+pub use study::{OnDevice, ReferenceNote, Study, conduct, words};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
