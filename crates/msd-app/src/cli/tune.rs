@@ -28,6 +28,8 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
     let (fleet, note) = settle(&arguments.device, &loaded.name, |_| {
         open_for_settings(&arguments.device, &loaded.scene)
     })?;
+    // Which one `auto` takes is known after both searches.
+    let note = note.filter(|_| fleet.is_none() || arguments.device != DeviceChoice::Auto);
     note.iter().for_each(|line| failure::note(line));
     let (tuned, device) = tune_for(arguments, (&loaded.name, &loaded.scene), goal, fleet)?;
     let ended = tuned.is_cut_short.then(|| {
@@ -73,11 +75,29 @@ fn tune_for(
         failure::tell(&format!("warning: {why}; the result is for the processor"));
         return Ok((here, None));
     }
-    match (here, there) {
-        (Some(here), Ok(there)) if !is_better(&there, &here) => Ok((here, None)),
-        (Some(here), Err(Halt::Refused(_))) => Ok((here, None)),
-        (_, there) => Ok((there.map_err(failed)?, Some(device))),
-    }
+    let Some(here) = here else { return Ok((there.map_err(failed)?, Some(device))) };
+    let there = match there {
+        Ok(there) => there,
+        Err(Halt::Refused(_)) => return Ok((here, None)),
+        Err(halt) => return Err(failed(halt)),
+    };
+    let takes_device = is_better(&there, &here);
+    let chosen = if takes_device { &*device } else { "processor" };
+    let [mine, its] = [&here, &there].map(in_words);
+    failure::note(&format!(
+        "device: {chosen}, as the best setting on the processor {mine}, and that on {device} {its}"
+    ));
+    Ok(if takes_device { (there, Some(device)) } else { (here, None) })
+}
+
+/// The value of the best choice of a search, as two are compared.
+fn in_words(tuned: &Tuned) -> String {
+    let trial = &tuned.best.trial;
+    let value = match tuned.goal {
+        Goal::MaxError(_) => format!("takes {} per frame", estimate(trial.cost * FRAME, "s")),
+        Goal::Budget(_) => format!("is {} off", estimate(trial.error(), "m")),
+    };
+    if tuned.met { value } else { format!("{value} and misses the goal") }
 }
 
 /// Returns whether a search found a better choice than another one for the same goal.

@@ -147,9 +147,11 @@ fn fly(
         return Ok(Flight::Failed(why));
     }
     let took = format!(" on {}", device.name());
+    // All are done, before the first is written.
+    let mut work = fleet.iter().map(|todo| todo.1).sum();
     let rows = cells.into_iter().zip(&runners).zip(fleet);
-    let save = |((run, runner), (cell, work)): ((CellRun, &Runner), &Todo)| {
-        under_way.save((cell, *work), &run.finish(runner), &took)
+    let save = |((run, runner), (cell, _)): ((CellRun, &Runner), &Todo)| {
+        under_way.save((cell, std::mem::take(&mut work)), &run.finish(runner), &took)
     };
     rows.map(save).collect::<Result<_, _>>().map(Flight::Done)
 }

@@ -1,10 +1,15 @@
 //! Cells of a sweep whose steps a device takes: the same files, whatever the device does.
 
-use msd_core::{Error, Ledger};
+use msd_core::{Error, Integrator, Ledger};
 use msd_run::{Runner, on};
+use msd_scene::{AnyState, Precision};
+use msd_study::choice::{Choice, Fineness};
+use msd_study::conduct::{Plan, add_device, study};
 use msd_study::device::{Device, Pace};
 use msd_study::monitor::{Halt, Monitor, Progress};
 use msd_study::sweep::{Datum, Store, Summary, Sweep, run, run_on};
+use msd_study::trial::{DeviceTime, time_on};
+use msd_study::tune::{Goal, Tuner, tune_on};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -15,6 +20,8 @@ struct Mirror {
     /// Runs that it can hold, and steps after which it fails.
     most: usize,
     fails_after: u64,
+    /// Whether it computes other bits.
+    is_wrong: bool,
     /// The runs of each load that it could hold.
     loaded: Vec<usize>,
     ended: Vec<Option<Error>>,
@@ -24,7 +31,8 @@ struct Mirror {
 impl Mirror {
     fn new() -> Self {
         let (loaded, ended) = (Vec::new(), Vec::new());
-        Mirror { most: usize::MAX, fails_after: u64::MAX, loaded, ended, steps: 0 }
+        let (most, fails_after, is_wrong) = (usize::MAX, u64::MAX, false);
+        Mirror { most, fails_after, is_wrong, loaded, ended, steps: 0 }
     }
 }
 
@@ -34,7 +42,8 @@ impl Device for Mirror {
     }
 
     fn takes(&self, runner: &Runner) -> bool {
-        matches!(runner, Runner::F32(..)) && !runner.is_automatic()
+        let is_known = Integrator::EXPLICIT.contains(&runner.integrator());
+        is_known && matches!(runner, Runner::F32(..)) && !runner.is_automatic()
     }
 
     fn load(&mut self, runners: &[Runner]) -> Result<(), String> {
@@ -59,7 +68,13 @@ impl Device for Mirror {
         for (runner, ended) in runners.iter_mut().zip(&mut self.ended) {
             if ended.is_none() {
                 *ended = (0..steps).try_for_each(|_| runner.step()).err();
-                on!(runner, simulation => simulation.set_ledger(Ledger::of(f64::NAN)));
+                if self.is_wrong {
+                    let (mut state, steps) = (runner.state(), runner.steps());
+                    let AnyState::F32(single) = &mut state else { unreachable!("not taken") };
+                    single.positions[0].x += 1.0;
+                    runner.set_state(&state, steps).expect("a good state");
+                }
+                on!(&mut *runner, simulation => simulation.set_ledger(Ledger::of(f64::NAN)));
             }
         }
         Ok(self.ended.clone())
@@ -190,4 +205,71 @@ fn a_sweep_on_a_device_that_is_cancelled_goes_on_later() {
     assert!(0 < summary.left, "{summary:?}");
     assert_eq!(fly(&sweep, &there, &mut Mirror::new(), 1).skipped, summary.run);
     assert_eq!(files(&here), files(&there));
+}
+
+#[test]
+fn the_time_of_a_choice_on_a_device_is_known_unless_its_bits_differ() {
+    let scene = msd_scene::open("chain").expect("a built-in scene").scene;
+    let choice = |integrator, precision, substeps| {
+        (&scene, Choice { integrator, fineness: Fineness::Substeps(substeps), precision })
+    };
+    let verlet = choice(Integrator::VelocityVerlet, Precision::F32, 8);
+    let time = |mut mirror: Mirror, choice| time_on(&mut mirror, choice, 30, &mut ());
+    let cost = time(Mirror::new(), verlet).expect("a scene that runs");
+    assert!(matches!(cost, DeviceTime::Cost(cost) if 0.0 < cost && cost < 60.0), "{cost:?}");
+    for untaken in [
+        choice(Integrator::VelocityVerlet, Precision::F64, 8),
+        choice(Integrator::BackwardEuler, Precision::F32, 8),
+    ] {
+        assert_eq!(time(Mirror::new(), untaken), Ok(DeviceTime::Untaken));
+    }
+    let wrong = time(Mirror { is_wrong: true, ..Mirror::new() }, verlet);
+    let Ok(DeviceTime::Failed(why)) = wrong else { panic!("{wrong:?}") };
+    assert!(why.starts_with("mirror computed other bits than the processor by "), "{why}");
+    let lost = time(Mirror { fails_after: 3, ..Mirror::new() }, verlet);
+    assert_eq!(lost, Ok(DeviceTime::Failed("it was lost".into())));
+}
+
+#[test]
+fn a_search_for_a_device_chooses_among_what_it_steps_and_ends_where_it_fails() {
+    let scene = msd_scene::open("chain").expect("a built-in scene").scene;
+    let mut mirror = Mirror::new();
+    let mut tuner = Tuner::new(&mut mirror);
+    let goal = Goal::MaxError(1e-3);
+    let tuned = tune_on((&scene, &mut tuner), 0.2, goal, &mut ()).expect("a scene that runs");
+    assert!(tuned.met && tuner.fault.is_none());
+    for found in tuned.others.iter().chain([&tuned.best]) {
+        let Choice { integrator, precision, .. } = found.trial.choice;
+        assert!(Integrator::EXPLICIT.contains(&integrator) && precision == Precision::F32);
+        assert!(found.trial.cost.is_finite() && found.trial.error() <= 1e-3);
+    }
+    let mut broken = Mirror { fails_after: 0, ..Mirror::new() };
+    let mut tuner = Tuner::new(&mut broken);
+    let ended = tune_on((&scene, &mut tuner), 0.2, goal, &mut ());
+    assert_eq!((ended, tuner.fault.as_deref()), (Err(Halt::Cancelled), Some("it was lost")));
+}
+
+#[test]
+fn a_study_has_the_costs_of_a_device_and_says_where_it_failed() {
+    let loaded = msd_scene::open("chain").expect("a built-in scene");
+    let plan = Plan { duration: 0.1, budget: 2.0, ..Plan::default() };
+    let mut studied = study(&loaded, plan, &mut ()).expect("a scene that runs").0;
+    let trials = studied.trials.clone();
+    add_device(&mut studied, &loaded.scene, &mut Mirror::new(), &mut ()).expect("a scene");
+    assert_eq!(studied.trials, trials);
+    let is_taken = |choice: Choice| {
+        Integrator::EXPLICIT.contains(&choice.integrator) && choice.precision == Precision::F32
+    };
+    for trial in &trials {
+        let is_timed = studied.cost_on_device(trial.choice).is_some();
+        assert_eq!(is_timed, trial.errors.is_some() && is_taken(trial.choice));
+    }
+    let front = studied.front_on_device();
+    assert!(0 < front.len() && front.is_sorted_by(|a, b| a.1 <= b.1), "{front:?}");
+    let errors = front.iter().map(|&(row, _)| trials[row].error());
+    assert!(errors.is_sorted_by(|a, b| b <= a), "cheaper is less accurate");
+    assert!(studied.words.contains(" On mirror the cheapest is "), "{}", studied.words);
+    let mut broken = Mirror { fails_after: 0, ..Mirror::new() };
+    add_device(&mut studied, &loaded.scene, &mut broken, &mut ()).expect("a scene");
+    assert!(studied.words.contains("Not all was timed: it was lost."), "{}", studied.words);
 }
