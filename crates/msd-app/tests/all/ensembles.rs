@@ -66,7 +66,7 @@ fn a_sweep_on_a_device_writes_the_bytes_of_the_processor() {
         assert_eq!(here[key], report[key], "{key}");
     }
     let diverged = here["diverged"].as_u64().expect("a count");
-    assert!(8 <= diverged && diverged < 48, "{diverged}");
+    assert!((8..48).contains(&diverged), "{diverged}");
     let found = |report: &Value| ["run", "on_device", "device"].map(|key| report[key].clone());
     assert_eq!(found(&here), [json!(48), json!(0), json!("processor")]);
     let name = listed[0]["name"].as_str().expect("a name");
