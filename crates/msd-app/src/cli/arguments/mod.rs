@@ -463,7 +463,6 @@ pub struct SweepArguments {
     /// Take the steps on the processor (cpu), the first graphics adapter (gpu), the faster of the
     /// two (auto) or an adapter by a part of its name: many cells at once, with the same bits
     #[arg(long, value_name = "cpu|gpu|auto|NAME", value_parser = device, default_value = "cpu")]
-    #[arg(conflicts_with_all = ["list", "collect"])]
     pub device: DeviceChoice,
     /// Write the files to this folder [default: as in the sweep file, else its name without ending]
     #[arg(long, value_name = "FOLDER")]
