@@ -12,6 +12,8 @@
 pub mod link;
 #[cfg(all(feature = "window", not(target_arch = "wasm32")))]
 mod background;
+#[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
+pub mod steppable;
 #[cfg(feature = "window")]
 pub mod session;
 #[cfg(feature = "window")]

@@ -182,10 +182,10 @@ impl Assembly {
 impl Instances {
     /// Prepares a device to step simulations that it supports, of one method and one number of
     /// substeps. At least one.
-    pub fn prepare(device: &Device, all: &[Simulation<f32>]) -> Result<Self, GpuError> {
+    pub fn prepare(device: &Device, all: &[&Simulation<f32>]) -> Result<Self, GpuError> {
         let settings = all[0].settings();
         let kind = Kind::of(settings.integrator).expect("a method that is supported");
-        let bounce = |simulation: &Simulation<f32>| {
+        let bounce = |simulation: &&Simulation<f32>| {
             simulation.model().planes().iter().any(|plane| plane.restitution() != 0.0)
         };
         let bounces = all.iter().any(bounce);
@@ -489,8 +489,8 @@ impl Buffers {
 
 /// Steps of a batch of some simulations: a fraction of a second of a slow device, so that no driver
 /// resets it.
-fn steps_of_batch(simulations: &[Simulation<f32>]) -> u64 {
-    let of_step = |simulation: &Simulation<f32>| {
+fn steps_of_batch(simulations: &[&Simulation<f32>]) -> u64 {
+    let of_step = |simulation: &&Simulation<f32>| {
         let (model, settings) = (simulation.model(), simulation.settings());
         let per_substep = if settings.integrator == Integrator::Rk4 { 4 } else { 1 };
         // Each of the particles of a bend computes it. A dispatch takes as long as at least so many

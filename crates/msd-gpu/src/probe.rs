@@ -8,7 +8,7 @@ use crate::device::Device;
 use crate::error::GpuError;
 use crate::rests::{Rests, map};
 use crate::shader::symbol::{Parameter, Spelling};
-use crate::shader::{LAWS, Manner, Roots, Written, laws, routines};
+use crate::shader::{Choice, LAWS, Manner, Roots, Written, laws, programs, routines};
 use std::fmt;
 use wgpu::BufferUsages;
 
@@ -57,6 +57,22 @@ impl fmt::Display for Verdict {
     }
 }
 
+/// The manners in which a probe tries to compute the bits of the processor, the fastest first.
+pub fn manners() -> impl Iterator<Item = Manner> {
+    let of_roots =
+        |roots| [Spelling::Exact, Spelling::Hidden].map(|spelling| Manner { spelling, roots });
+    Roots::ALL.into_iter().flat_map(of_roots)
+}
+
+/// The WGSL that a verdict depends on: the programs of probes, and those of steps in one manner.
+pub fn sources() -> String {
+    let of_probes = LAWS.iter().map(|law| program_of(law, ""));
+    let of_laws = manners().map(laws);
+    let manner = Manner { spelling: Spelling::Exact, roots: Roots::Native };
+    let of_steps = Choice::all().map(|choice| programs(choice, manner));
+    of_probes.chain([EXHAUST.to_owned()]).chain(of_laws).chain(of_steps).collect()
+}
+
 /// Finds the manner in which a device computes the bits of the processor. It takes about a second
 /// on a software adapter. A page of a browser responds meanwhile: the probe often rests.
 ///
@@ -65,15 +81,12 @@ impl fmt::Display for Verdict {
 pub async fn probe(device: &Device) -> Result<Verdict, GpuError> {
     let exact_roots = find_roots(device).await?;
     let mut least: Option<(&'static str, usize)> = None;
-    for roots in Roots::ALL.into_iter().filter(|roots| exact_roots.contains(roots)) {
-        for spelling in [Spelling::Exact, Spelling::Hidden] {
-            let manner = Manner { spelling, roots };
-            let Some(wrong) = first_wrong(device, &laws(manner)).await? else {
-                return Ok(Verdict::SameBits(manner));
-            };
-            if least.is_none_or(|least| wrong.1 < least.1) {
-                least = Some(wrong);
-            }
+    for manner in manners().filter(|manner| exact_roots.contains(&manner.roots)) {
+        let Some(wrong) = first_wrong(device, &laws(manner)).await? else {
+            return Ok(Verdict::SameBits(manner));
+        };
+        if least.is_none_or(|least| wrong.1 < least.1) {
+            least = Some(wrong);
         }
     }
     let (law, wrong) = least.unwrap_or(("root", ROWS));

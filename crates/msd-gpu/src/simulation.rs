@@ -6,7 +6,6 @@ use crate::error::GpuError;
 use crate::instances::{Instances, MOST_GRABS, Outcome};
 use crate::shader::{Kind, MOST_PLANES};
 use msd_core::{Grab, Interaction, Simulation};
-use std::slice;
 use wgpu::Buffer;
 
 /// The most substeps of a step: each has numbers of its own.
@@ -70,8 +69,7 @@ impl GpuSimulation {
     /// See [`GpuSimulation::new`].
     pub fn prepare(device: &Device, simulation: &Simulation<f32>) -> Result<Self, GpuError> {
         Self::check_supported(simulation)?;
-        let all = slice::from_ref(simulation);
-        let (instances, answer) = device.attempt(|| Instances::prepare(device, all))?;
+        let (instances, answer) = device.attempt(|| Instances::prepare(device, &[simulation]))?;
         let mut new = GpuSimulation {
             instances,
             answer: Some(answer),
@@ -310,9 +308,9 @@ impl GpuSimulation {
 /// Prepares a device to step simulations.
 pub async fn prepare(
     device: &Device,
-    simulations: &[Simulation<f32>],
+    simulations: &[&Simulation<f32>],
 ) -> Result<Instances, GpuError> {
-    if let Some(reason) = simulations.iter().find_map(unsupported) {
+    if let Some(reason) = simulations.iter().find_map(|simulation| unsupported(simulation)) {
         return Err(GpuError::Unsupported(reason));
     }
     device.checked(|| Instances::prepare(device, simulations)).await

@@ -25,6 +25,7 @@ pub fn html(study: &Study) -> String {
     let sections = [
         ("Error against cost", tables::chart(&costs(study))),
         ("The best trade-offs", tables::front(study)),
+        ("The best trade-offs on a graphics device", tables::front_on_device(study)),
         ("Space, time and precision", balance(study)),
         ("Energy over time", energies(study)),
         ("Where methods blow up", tables::limits(study)),
@@ -92,6 +93,7 @@ pub fn csv(study: &Study) -> Vec<u8> {
         "precision",
         "cpu_seconds_per_second",
         "ms_per_frame",
+        "device_ms_per_frame",
         "rms_error_m",
         "relative_error",
         "max_error_m",
@@ -109,7 +111,7 @@ pub fn csv(study: &Study) -> Vec<u8> {
     table.into_inner().unwrap_or_default()
 }
 
-fn record(study: &Study, trial: &Trial, on_front: bool) -> [String; 17] {
+fn record(study: &Study, trial: &Trial, on_front: bool) -> [String; 18] {
     let (substeps, tolerance) = match trial.choice.fineness {
         Fineness::Substeps(substeps) => (substeps.to_string(), String::new()),
         Fineness::Tolerance(tolerance) => (String::new(), format!("{tolerance:e}")),
@@ -126,6 +128,7 @@ fn record(study: &Study, trial: &Trial, on_front: bool) -> [String; 17] {
         trial.choice.precision.to_string(),
         cell(trial.cost),
         cell(1e3 * FRAME * trial.cost),
+        study.cost_on_device(trial.choice).map_or(String::new(), |cost| cell(1e3 * FRAME * cost)),
         error(|errors| errors.rms),
         trial.errors.map_or(String::new(), |errors| cell(relative(study, errors.rms))),
         error(|errors| errors.max),

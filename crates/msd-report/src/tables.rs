@@ -65,6 +65,10 @@ fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
+/// The heads of a table of a front.
+const FRONT: [&str; 7] =
+    ["Method", "Setting", "Precision", "Per frame", "Times real time", "Error", "Of the size"];
+
 /// The trials that no other trial beats, cheapest first.
 pub fn front(study: &Study) -> Markup {
     let rows = study.front();
@@ -78,15 +82,13 @@ pub fn front(study: &Study) -> Markup {
         @for row in rows {
             @let trial = &study.trials[row];
             tr data-row=(row) class=[is_chosen(trial).then_some("chosen")] {
-                (short_cells(study, trial))
+                (short_cells(study, trial, trial.cost))
             }
             "\n"
         }
     };
-    let heads =
-        ["Method", "Setting", "Precision", "Per frame", "Times real time", "Error", "Of the size"];
     html! {
-        (table(&heads, 3, &body))
+        (table(&FRONT, 3, &body))
         p.note {
             "No trial was both cheaper and more accurate than one of these. "
             @if chosen.is_some() {
@@ -106,7 +108,7 @@ pub fn trials(study: &Study) -> Markup {
     let body = html! {
         @for (row, trial) in study.trials.iter().enumerate() {
             tr data-row=(row) {
-                (short_cells(study, trial))
+                (short_cells(study, trial, trial.cost))
                 @match (&trial.diverged, trial.errors) {
                     (None, Some(errors)) => {
                         td { (quantity(errors.max, "m")) }
@@ -143,7 +145,25 @@ pub fn trials(study: &Study) -> Markup {
     }
 }
 
-fn short_cells(study: &Study, trial: &Trial) -> Markup {
+/// The trials that no other one beats on the device of the study, cheapest first.
+pub fn front_on_device(study: &Study) -> Markup {
+    let Some(on_device) = &study.on_device else { return html! {} };
+    let body = html! {
+        @for (row, cost) in study.front_on_device() {
+            tr { (short_cells(study, &study.trials[row], cost)) }
+            "\n"
+        }
+    };
+    html! {
+        (table(&FRONT, 3, &body))
+        p.note {
+            "Wall-clock time of " (clean(&on_device.name)) ", transfers of the state included. The "
+            "errors are those of the processor: all bits are the same."
+        }
+    }
+}
+
+fn short_cells(study: &Study, trial: &Trial, cost: f64) -> Markup {
     let both = |error: f64| (quantity(error, "m"), percent(relative(study, error)));
     let (error, part) = match trial.errors {
         // Closer to the reference than that is known to be right.
@@ -156,8 +176,8 @@ fn short_cells(study: &Study, trial: &Trial) -> Markup {
     };
     html! {
         (choice_cells(&trial.choice))
-        td { (quantity(FRAME * trial.cost, "s")) }
-        td { (speed(trial.cost)) }
+        td { (quantity(FRAME * cost, "s")) }
+        td { (speed(cost)) }
         td { (error) }
         td { (part) }
     }

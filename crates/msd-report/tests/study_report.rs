@@ -126,6 +126,7 @@ fn full() -> Study {
         audit: Integrator::ALL.into_iter().enumerate().map(audited).collect(),
         space: None,
         balance: None,
+        on_device: None,
         words: "For an error of 1.0 mm use velocity-verlet with 8 substeps in f32.".into(),
         machine: "Processor of 2 cores at 3 GHz, Linux".into(),
         date: "2026-11-21".into(),

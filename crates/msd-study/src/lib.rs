@@ -33,10 +33,10 @@ pub mod sweep;
 
 pub use behaviour::{audit, inspection, limits, terms};
 pub use candidates::{choice, ladder};
-pub use measure::{clock, errors, machine, reference, trial};
+pub use measure::{cache, clock, device, errors, machine, reference, trial};
 pub use msd_run::quantity;
 pub use msd_scene::parts;
-pub use study::{ReferenceNote, Study, conduct, words};
+pub use study::{OnDevice, ReferenceNote, Study, conduct, words};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

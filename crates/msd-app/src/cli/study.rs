@@ -1,18 +1,19 @@
 //! `msd study`: error against cost of a scene.
 
 use super::arguments::StudyArguments;
-use super::failure::{Failure, aligned, say, say_json};
+use super::device::{open_for_settings, settle};
+use super::failure::{self, Failure, aligned, say, say_json};
 use super::places::{Places, make_folder};
 use super::run::{explain_divergence, open_draft, open_scene};
 use super::steps::Terminal;
 use msd_scene::{Loaded, shown_path, write_file};
-use msd_study::Study;
 use msd_study::choice::FRAME;
-use msd_study::conduct::{Plan, add_space, study};
+use msd_study::conduct::{Plan, add_device, add_space, study};
 use msd_study::monitor::Halt;
 use msd_study::quantity::{counted, estimate, quantity};
 use msd_study::terms::terms;
 use msd_study::words::{off, told};
+use msd_study::{OnDevice, Study};
 use std::path::{Path, PathBuf};
 
 /// Studies a scene and writes the report.
@@ -40,10 +41,18 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
         let refine = |source| draft.finer(&source, &loaded.scene, 1).map(drop);
         draft.source().and_then(refine).map_err(Failure::input)?;
     }
+    let (mut fleet, note) = settle(&arguments.device, &loaded.name, |_| {
+        open_for_settings(&arguments.device, &loaded.scene)
+    })?;
+    note.iter().for_each(|line| failure::note(line));
     let mut terminal = Terminal::new();
     let studied = study(&loaded, plan, &mut terminal);
     let (mut studied, is_whole) = studied.map_err(|halt| halted(&loaded.name, halt))?;
     let mut failures = Vec::new();
+    if let Some(fleet) = fleet.as_mut().filter(|_| is_whole) {
+        let added = add_device(&mut studied, &loaded.scene, fleet, &mut terminal);
+        added.map_err(|halt| halted(&loaded.name, halt))?;
+    }
     if let Some(draft) = draft.filter(|_| is_whole) {
         // Written first: a failure of the finer meshes must not lose the study.
         failures.extend(write(&studied, &folder));
@@ -134,6 +143,15 @@ fn summary(study: &Study, folder: &Path) -> String {
         [price, told(trial), off(study, trial)]
     });
     lines.extend(indented(&cells.collect::<Vec<_>>(), &[0]));
+    if let Some(OnDevice { name, .. }) = &study.on_device {
+        lines.push(format!("Pareto front on {name}, transfers included:"));
+        let cells = study.front_on_device().into_iter().map(|(row, cost)| {
+            let trial = &study.trials[row];
+            let price = format!("{} per frame", estimate(cost * FRAME, "s"));
+            [price, told(trial), off(study, trial)]
+        });
+        lines.extend(indented(&cells.collect::<Vec<_>>(), &[0]));
+    }
     if let Some(balance) = &study.balance {
         lines.push(format!("with the scene's solver, {}:", balance.choice));
         let heads = ["error of", "metres", "of the size", "with", "per simulated second"];

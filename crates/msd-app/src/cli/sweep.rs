@@ -1,17 +1,23 @@
 //! `msd sweep`: a scene over a grid of its keys.
 
-use super::arguments::SweepArguments;
+use super::arguments::{DeviceChoice, SweepArguments};
+use super::device::{GpuFleet, Refusal, check_cell, settle};
 use super::failure::{self, Failure, say, say_json};
 use super::places::Places;
 use super::run::link;
 use super::steps::Terminal;
 use indicatif::ProgressBar;
+use msd_run::Runner;
 use msd_scene::shown_path;
+use msd_study::device::{Device, Pace};
 use msd_study::monitor::Progress;
-use msd_study::sweep::{Store, Summary, Sweep, TableFormat};
+use msd_study::sweep::{Cell, Store, Summary, Sweep, TableFormat, run_on, unfinished};
 use serde::Serialize;
 use std::ops::Range;
 use std::path::Path;
+
+/// Springs and particles of the cells that race, at most.
+const MOST_RACED: usize = 400_000;
 
 /// Lists, runs or collects cells.
 pub fn run_sweep(arguments: &SweepArguments) -> Result<(), Failure> {
@@ -42,7 +48,11 @@ pub fn run_sweep(arguments: &SweepArguments) -> Result<(), Failure> {
     if whole {
         check_place((&sweep, &store), ("the table", &store.table_path()))?;
     }
-    let summary = run_cells(&sweep, &store, (cells, arguments.jobs))?;
+    let mut fleet = open_fleet(arguments, &sweep, &store, cells.clone())?;
+    let summary = run_cells(&sweep, &store, (cells, arguments.jobs, fleet.as_mut()))?;
+    if let Some(why) = &summary.fault {
+        failure::tell(&format!("warning: {why}; the processor ran the cells that were left"));
+    }
     // A part of a sweep does not write the table: every task of an array would read all files.
     let table = || collect(&sweep, &store, (&store.table_path(), sweep.format()));
     let is_any = 0 < summary.run + summary.skipped;
@@ -50,7 +60,8 @@ pub fn run_sweep(arguments: &SweepArguments) -> Result<(), Failure> {
         Ok(table) => (table, None),
         Err(failure) => (None, Some(failure)),
     };
-    let report = SweepReport::new(&summary, &store, table);
+    let device = fleet.map_or("processor".to_owned(), |fleet| fleet.name());
+    let report = SweepReport { device, ..SweepReport::new(&summary, &store, table) };
     let said = tell(&report, arguments.json, || report.words());
     let ended = (0 < summary.left).then(|| {
         let left = summary.left;
@@ -89,6 +100,10 @@ struct SweepReport {
     diverged: usize,
     /// Cells that Ctrl-C left undone.
     left: usize,
+    /// `processor`, or the graphics adapter of the sweep.
+    device: String,
+    /// Cells run on the adapter.
+    on_device: usize,
     folder: String,
     /// Null if only some cells were selected.
     table: Option<TableReport>,
@@ -96,8 +111,9 @@ struct SweepReport {
 
 impl SweepReport {
     fn new(summary: &Summary, store: &Store, table: Option<TableReport>) -> Self {
-        let Summary { run, skipped, diverged, left } = *summary;
-        SweepReport { run, skipped, diverged, left, folder: shown_path(store.folder()), table }
+        let &Summary { run, skipped, diverged, left, on_device, .. } = summary;
+        let (device, folder) = (String::new(), shown_path(store.folder()));
+        SweepReport { run, skipped, diverged, left, device, on_device, folder, table }
     }
 
     fn words(&self) -> String {
@@ -189,10 +205,71 @@ fn list(sweep: &Sweep, store: &Store, json: bool) -> Result<(), Failure> {
     tell(&rows, json, || rows.iter().map(line).collect::<Vec<_>>().join("\n"))
 }
 
+/// Opens the device of a sweep, if it has one, and prints a note on it.
+fn open_fleet(
+    arguments: &SweepArguments,
+    sweep: &Sweep,
+    store: &Store,
+    cells: Range<usize>,
+) -> Result<Option<GpuFleet>, Failure> {
+    let SweepArguments { device: choice, jobs, sweep: path, .. } = arguments;
+    if *choice == DeviceChoice::Processor {
+        return Ok(None);
+    }
+    let todo = unfinished(sweep, store, cells).map_err(Failure::input)?;
+    if todo.is_empty() {
+        return Ok(None);
+    }
+    let checked = check_cells(sweep, &todo)?;
+    let (fleet, note) = settle(choice, &shown_path(path), |is_auto| {
+        let samples = checked?;
+        let mut fleet = GpuFleet::open(choice)?;
+        let note = if is_auto { fleet.win_race(&samples, *jobs)? } else { fleet.verdict().into() };
+        let note = format!("{}, {note}", fleet.name());
+        Ok((fleet, note))
+    })?;
+    note.iter().for_each(|line| failure::note(line));
+    Ok(fleet)
+}
+
+/// Refuses cells that a device does not step, or whose columns it does not measure. Returns the
+/// first runs of the pace with the most springs and particles, for a race.
+fn check_cells(sweep: &Sweep, todo: &[Cell]) -> Result<Result<Vec<Runner>, Refusal>, Failure> {
+    let columns = sweep.columns_of_processor();
+    if !columns.is_empty() {
+        return Ok(Err(Refusal::new(
+            format!("a GPU does not measure the columns {}", columns.join(", ")),
+            "name others in the sweep file, such as columns = [\"outcome\", \"diverged_time\", \
+             \"kinetic\", \"elastic\", \"state_hash\"]",
+        )));
+    }
+    let mut paces: Vec<(Pace, usize, Vec<Runner>)> = Vec::new();
+    for cell in todo {
+        let runner = sweep.open_cell(cell).map_err(Failure::input)?.1;
+        if let Err(Refusal { why, advice }) = check_cell(&runner) {
+            let (number, words) = (cell.number, sweep.words(cell));
+            let why = format!("cell {number} ({words}): {why}");
+            return Ok(Err(Refusal { why, advice }));
+        }
+        let pace = Pace::of(&runner);
+        let row = paces.iter().position(|known| known.0 == pace).unwrap_or_else(|| {
+            paces.push((pace, 0, Vec::new()));
+            paces.len() - 1
+        });
+        let (_, size, samples) = &mut paces[row];
+        *size += runner.spring_count() + runner.particle_count();
+        if *size < MOST_RACED || samples.is_empty() {
+            samples.push(runner);
+        }
+    }
+    let largest = paces.into_iter().max_by_key(|pace| pace.1);
+    Ok(Ok(largest.map(|pace| pace.2).unwrap_or_default()))
+}
+
 fn run_cells(
     sweep: &Sweep,
     store: &Store,
-    (cells, jobs): (Range<usize>, usize),
+    (cells, jobs, fleet): (Range<usize>, usize, Option<&mut GpuFleet>),
 ) -> Result<Summary, Failure> {
     let template = "{elapsed} {wide_bar} {pos}/{len} {msg}";
     let mut terminal = Terminal::of(ProgressBar::new(0), template, |bar, progress| {
@@ -208,7 +285,8 @@ fn run_cells(
         bar.set_message(left.trim_start_matches(", ").to_owned());
         bar.suspend(|| failure::tell(&format!("[{done}/{all}{left}] {now}")));
     });
-    msd_study::sweep::run(sweep, store, (cells, jobs), &mut terminal).map_err(Failure::input)
+    let fleet = fleet.map(|fleet| fleet as &mut dyn Device);
+    run_on(sweep, store, (cells, jobs, fleet), &mut terminal).map_err(Failure::input)
 }
 
 /// Formats an estimated time with as few digits.

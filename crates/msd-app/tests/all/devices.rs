@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::path::Path;
 
 /// Returns the list of `msd devices`, unless it is empty.
-fn devices(folder: &Path) -> Option<Vec<Value>> {
+pub fn devices(folder: &Path) -> Option<Vec<Value>> {
     let listed = parse(&quiet(msd(folder, &["devices", "--json"])));
     let listed = listed.as_array().expect("a list").clone();
     if listed.is_empty() {
@@ -93,7 +93,7 @@ fn auto_takes_the_faster_one_and_says_why() {
         (&["--device", "auto"][..], "device: "),
         (
             &["--device", "auto", "--precision", "f64"],
-            "device: processor, as a GPU computes in f32",
+            "device: processor, as a GPU does not step f64",
         ),
     ] {
         let there = run(path, &[&["chain", "--duration", "0.5"], more].concat());
@@ -153,11 +153,12 @@ fn what_a_device_does_not_step_is_refused_with_the_reason_and_what_to_do() {
         (&["run", "jelly", "--integrator", "xpbd"], "a GPU does not step the method xpbd"),
         (
             &["run", "jelly", "--precision", "f64"],
-            "jelly: a GPU computes in f32, not in f64; add --precision f32",
+            "jelly: a GPU does not step f64; add --precision f32",
         ),
         (
             &["run", "cloth", "--substeps", "auto"],
-            "cloth: a GPU does not choose substeps; add --substeps 6, the first choice of",
+            "cloth: a GPU does not step automatic substeps, which depend on the energy of each \
+             step; add --substeps 6, the first choice of",
         ),
         (&["bench", "drape", "5"], "drape 5: a GPU does not step bodies that collide"),
         (&["run", "--replay", "r.msdrec"], "'--replay <FILE.msdrec>' cannot be used with"),

@@ -15,6 +15,8 @@ mod cli_outputs;
 mod cli_set;
 #[cfg(feature = "gpu")]
 mod devices;
+#[cfg(feature = "gpu")]
+mod ensembles;
 mod export;
 mod files;
 mod film;

@@ -135,6 +135,19 @@ pub struct Choice {
     pub are_several: bool,
 }
 
+impl Choice {
+    /// Every choice.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let kinds = [Kind::Explicit, Kind::Symplectic, Kind::Verlet, Kind::Rk4].into_iter();
+        kinds.flat_map(|kind| {
+            (0..8).map(move |bits| {
+                let [bounces, bends, are_several] = [1, 2, 4].map(|bit| bits & bit != 0);
+                Choice { kind, bounces, bends, are_several }
+            })
+        })
+    }
+}
+
 /// The names of the programs of each particle.
 pub fn names(kind: Kind) -> impl Iterator<Item = &'static str> {
     ["begin_step"].into_iter().chain(kind.programs().iter().copied())

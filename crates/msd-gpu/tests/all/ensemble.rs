@@ -2,7 +2,7 @@
 
 use super::{assert_same, device};
 use msd_core::{Integrator, Interaction, Select, Settings, Simulation};
-use msd_gpu::{Ensemble, GpuError};
+use msd_gpu::{Ensemble, GpuError, Manner, Roots};
 use msd_scene::open;
 
 fn start(name: &str, integrator: Integrator, substeps: u32) -> Simulation<f32> {
@@ -31,6 +31,8 @@ fn compare(simulations: Vec<Simulation<f32>>, steps: u64) -> usize {
     let ensemble = pollster::block_on(Ensemble::new(&device, &there));
     let mut ensemble = ensemble.expect("scenes for a device");
     let ended = ensemble.advance(&mut there, steps).expect("a device that computes").to_vec();
+    ensemble.finish_check().expect("the bits of the processor");
+    assert!(0 < ensemble.tally().checked, "{:?}", ensemble.tally());
     for (number, (mut here, (there, ended))) in
         simulations.into_iter().zip(there.iter().zip(&ended)).enumerate()
     {
@@ -57,6 +59,36 @@ fn different_scenes_that_bounce_step_together() {
         let simulations = names.map(|name| start(name, integrator, 8)).to_vec();
         compare(simulations, 120);
     }
+}
+
+#[test]
+fn simulations_may_be_borrowed_and_advanced_in_parts() {
+    let Some(device) = device() else { return };
+    let mut simulations = sweep(&start("cloth", Integrator::VelocityVerlet, 8), 5, 1.2);
+    let whole = simulations.clone();
+    let mut borrowed: Vec<&mut Simulation<f32>> = simulations.iter_mut().collect();
+    let ensemble = pollster::block_on(Ensemble::new(&device, &borrowed));
+    let mut ensemble = ensemble.expect("scenes for a device");
+    for steps in [1, 30, 2, 27] {
+        ensemble.advance(&mut borrowed, steps).expect("a device that computes");
+    }
+    for (mut here, there) in whole.into_iter().zip(&simulations) {
+        (0..60).for_each(|_| here.step().expect("a stable step"));
+        assert_same("in parts", &here, there);
+    }
+}
+
+#[test]
+fn an_ensemble_on_a_device_with_other_bits_is_found() {
+    let Some(device) = device() else { return };
+    // Roots by steps that are right where `fma` is fused, which no device in software does.
+    let manner = Manner { roots: Roots::Fused, ..device.manner() };
+    let mut simulations = sweep(&start("cloth", Integrator::SymplecticEuler, 8), 3, 1.1);
+    let ensemble = pollster::block_on(Ensemble::new(&device.with_manner(manner), &simulations));
+    let mut ensemble = ensemble.expect("scenes for a device");
+    let advanced = ensemble.advance(&mut simulations, 100).map(drop);
+    let found = advanced.and_then(|()| ensemble.finish_check());
+    assert!(matches!(found, Err(GpuError::Differs { step: 1, .. })), "{found:?}");
 }
 
 #[test]

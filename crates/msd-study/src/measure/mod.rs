@@ -1,7 +1,8 @@
 //! Measurements: the cost of a choice, and its error against a reference.
 
-pub(crate) mod cache;
+pub mod cache;
 pub mod clock;
+pub mod device;
 pub mod machine;
 pub mod errors;
 pub mod reference;

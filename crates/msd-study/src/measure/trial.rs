@@ -1,15 +1,18 @@
 //! Trials: cost and error of one choice, from a run against the reference.
 
-use crate::candidates::choice::Choice;
+use crate::candidates::choice::{Choice, FRAME};
 use crate::measure::clock::CpuClock;
+use crate::measure::device::Device;
 use crate::measure::errors::{Errors, compare};
 use crate::measure::reference::{Reference, frames_of};
 use crate::monitor::{Halt, Monitor};
 use crate::quantity::estimate;
 use msd_core::{Error, Scene, Settings, Simulation, State, Witness};
 use msd_run::Runner;
-use msd_scene::AnyState;
+use msd_scene::{AnyState, state_hash};
 use serde::{Deserialize, Serialize};
+use std::slice;
+use web_time::Instant;
 
 /// Result of a choice.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -167,6 +170,74 @@ pub(crate) fn time_run(
         runs += 1;
     }
     Ok(clock.seconds() / (f64::from(runs) * runner.time()))
+}
+
+/// Result of a choice on a device.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DeviceTime {
+    /// Wall-clock time per simulated second, seconds. It includes the transfers of the state; it is
+    /// infinite for a run that diverges.
+    Cost(f64),
+    /// The device does not step it.
+    Untaken,
+    /// Why the device takes no more steps, in words.
+    Failed(String),
+}
+
+/// Time of a device, and of the processor that repeats its steps, after which a choice is known,
+/// seconds.
+const KNOWN: f64 = 0.25;
+
+/// Runs a choice on a device for its cost, over so many frames at most. The processor repeats the
+/// first frames, and more while they take little time, and compares all bits.
+///
+/// # Errors
+/// The errors of [`Runner::new`] and [`Monitor::proceed`].
+pub fn time_on(
+    device: &mut dyn Device,
+    (scene, choice): (&Scene, Choice),
+    frames: u64,
+    monitor: &mut dyn Monitor,
+) -> Result<DeviceTime, Halt> {
+    let mut there = Runner::new(scene, choice.settings(), choice.precision)?;
+    if !device.takes(&there) {
+        return Ok(DeviceTime::Untaken);
+    }
+    let mut here = there.clone();
+    if let Err(why) = device.load(slice::from_ref(&there)) {
+        return Ok(DeviceTime::Failed(why));
+    }
+    let (mut best, mut spent, mut repeated, mut part) = (f64::INFINITY, 0.0, 0.0, 1);
+    while there.steps() < frames.max(2) && spent < KNOWN {
+        monitor.proceed()?;
+        let start = Instant::now();
+        let ended = device.advance(slice::from_mut(&mut there), part);
+        let seconds = start.elapsed().as_secs_f64();
+        match ended {
+            Err(why) => return Ok(DeviceTime::Failed(why)),
+            Ok(ended) if ended.iter().any(Option::is_some) => {
+                return Ok(DeviceTime::Cost(f64::INFINITY));
+            }
+            Ok(_) => {}
+        }
+        // The first frame warms up the device.
+        if part < there.steps() {
+            (best, spent) = (seconds.min(best * part as f64) / part as f64, spent + seconds);
+        }
+        if repeated < KNOWN {
+            let start = Instant::now();
+            let stepped = step_to(&mut here, there.steps());
+            repeated += start.elapsed().as_secs_f64();
+            if stepped.is_err() || state_hash(&here.state()) != state_hash(&there.state()) {
+                let name = device.name();
+                let why = format!("{name} computed other bits than the processor by {choice}");
+                return Ok(DeviceTime::Failed(why));
+            }
+        }
+        let left = frames.max(2) - there.steps();
+        part = (2 * part).min(left.max(1));
+    }
+    Ok(device.finish().map_or_else(DeviceTime::Failed, |()| DeviceTime::Cost(best / FRAME)))
 }
 
 /// Number of times that a timed run asks its monitor.

@@ -3,11 +3,14 @@
 use crate::behaviour::audit::audit_all;
 use crate::behaviour::limits::limits;
 use crate::candidates::choice::Choice;
-use crate::measure::trial::Trial;
+use crate::measure::device::Device;
+use crate::measure::reference::frames_of;
+use crate::measure::trial::{DeviceTime, Trial, time_on};
 use crate::monitor::{Halt, Monitor, Progress};
 use crate::space::{SpacePlan, balance, halve, of_file};
-use crate::study::Study;
 use crate::study::words::words;
+use crate::study::{OnDevice, Study};
+use msd_core::Scene;
 use msd_scene::{Draft, FileError, Loaded};
 
 pub use crate::study::course::{Course, Plan};
@@ -33,6 +36,38 @@ pub fn add_space(
     let balance = balance(&loaded, finer, &found.space, &found.reference);
     study.balance = Some(balance.map_err(|error| of_file(draft, error))?);
     study.space = Some(found.space);
+    Ok(())
+}
+
+/// Adds the cost on a device of those trials of a study that it steps and that did not diverge, and
+/// a sentence on it. A cancelled measurement keeps the costs that are known.
+///
+/// # Errors
+/// A scene that the core refuses.
+pub fn add_device(
+    study: &mut Study,
+    scene: &Scene,
+    device: &mut dyn Device,
+    monitor: &mut dyn Monitor,
+) -> Result<(), Halt> {
+    let mut on_device = OnDevice { name: device.name(), costs: Vec::new(), fault: None };
+    let frames = frames_of(study.duration);
+    for trial in study.trials.iter().filter(|trial| trial.errors.is_some()) {
+        let choice = trial.choice;
+        monitor.report(Progress::of(format!("timing {choice} on {}", on_device.name)));
+        match time_on(device, (scene, choice), frames, monitor) {
+            Ok(DeviceTime::Cost(cost)) => on_device.costs.push((choice, cost)),
+            Ok(DeviceTime::Untaken) => {}
+            Ok(DeviceTime::Failed(why)) => {
+                on_device.fault = Some(why);
+                break;
+            }
+            Err(Halt::Cancelled | Halt::Deadline) => break,
+            Err(halt) => return Err(halt),
+        }
+    }
+    study.on_device = Some(on_device);
+    study.words = words(study);
     Ok(())
 }
 

@@ -113,6 +113,7 @@ impl Course {
             audit: Vec::new(),
             space: known(scene),
             balance: None,
+            on_device: None,
             words: String::new(),
             machine: machine::name(),
             date: machine::date(),

@@ -6,6 +6,7 @@ pub mod conduct;
 
 use crate::behaviour::audit::Audit;
 use crate::behaviour::limits::Limit;
+use crate::candidates::choice::Choice;
 use crate::measure::trial::Trial;
 use crate::quantity::quantity;
 use crate::space::{ErrorBalance, Space};
@@ -48,12 +49,26 @@ pub struct Study {
     /// The errors of space, time and precision of the scene at its own settings; none without
     /// [`conduct::add_space`].
     pub balance: Option<ErrorBalance>,
+    /// The cost of trials on a device; none without [`conduct::add_device`].
+    pub on_device: Option<OnDevice>,
     /// The conclusions, in plain words.
     pub words: String,
     /// The machine, in words.
     pub machine: String,
     /// When, as year-month-day.
     pub date: String,
+}
+
+/// The cost of trials on a device. Their errors are those of the processor, as all bits are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OnDevice {
+    /// Name of the device.
+    pub name: String,
+    /// The choices that it steps, each with its wall-clock time per simulated second, seconds,
+    /// which includes transfers of the state.
+    pub costs: Vec<(Choice, f64)>,
+    /// Why the device took no more steps, if it failed.
+    pub fault: Option<String>,
 }
 
 /// The reference of the trials of a study.
@@ -73,6 +88,16 @@ pub struct ReferenceNote {
     pub seconds: f64,
 }
 
+/// Keeps the rows of a smaller error than all before them.
+fn keep_better<T>(rows: &mut Vec<T>, error: impl Fn(&T) -> f64) {
+    let mut best = f64::INFINITY;
+    rows.retain(|row| {
+        let better = error(row) < best;
+        best = best.min(error(row));
+        better
+    });
+}
+
 impl Study {
     /// Rows of the sound trials that no other one beats in both cost and error, cheapest first;
     /// below the uncertainty of the reference errors are alike.
@@ -80,13 +105,7 @@ impl Study {
         let mut rows: Vec<usize> = (0..self.trials.len()).collect();
         rows.retain(|&row| self.trials[row].is_sound());
         rows.sort_by(|&a, &b| self.trials[a].cost.total_cmp(&self.trials[b].cost));
-        let mut best = f64::INFINITY;
-        rows.retain(|&row| {
-            let error = self.trials[row].error().max(self.reference.uncertainty);
-            let better = error < best;
-            best = best.min(error);
-            better
-        });
+        keep_better(&mut rows, |&row| self.trials[row].error().max(self.reference.uncertainty));
         rows
     }
 
@@ -108,6 +127,25 @@ impl Study {
             ),
             _ => "the error of space is not included: --mesh measures it".into(),
         }
+    }
+
+    /// The cost of a trial on the device, wall-clock time per simulated second, seconds; none where
+    /// it was not measured.
+    pub fn cost_on_device(&self, choice: Choice) -> Option<f64> {
+        let costs = self.on_device.as_ref()?.costs.iter();
+        costs.into_iter().find(|cost| cost.0 == choice).map(|cost| cost.1)
+    }
+
+    /// Rows of the sound trials that no other one on the device beats in both cost and error,
+    /// cheapest first, each with its cost there.
+    pub fn front_on_device(&self) -> Vec<(usize, f64)> {
+        let cost = |row: usize| Some((row, self.cost_on_device(self.trials[row].choice)?));
+        let mut rows: Vec<(usize, f64)> = (0..self.trials.len()).filter_map(cost).collect();
+        rows.retain(|&(row, cost)| self.trials[row].is_sound() && cost.is_finite());
+        rows.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let error = |row: usize| self.trials[row].error();
+        keep_better(&mut rows, |row| error(row.0).max(self.reference.uncertainty));
+        rows
     }
 
     /// The trials of one method, in the order they were tried.

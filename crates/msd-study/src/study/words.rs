@@ -2,7 +2,7 @@
 
 use crate::measure::trial::{Trial, adds};
 use crate::quantity::{estimate, rounded};
-use crate::study::Study;
+use crate::study::{OnDevice, Study};
 use msd_core::Integrator;
 use msd_scene::Precision;
 
@@ -15,6 +15,7 @@ pub fn words(study: &Study) -> String {
         said.extend(implicit(study, chosen));
         said.extend(single(study, chosen));
     }
+    said.extend(on_device(study));
     said.extend(caveats(study));
     said.join(" ")
 }
@@ -118,6 +119,26 @@ fn single(study: &Study, chosen: &Trial) -> Option<String> {
         ),
         None => format!("In {other} no choice that was tried is as good."),
     })
+}
+
+/// The choice for a device, and its cost beside that of the best on the processor.
+fn on_device(study: &Study) -> Option<String> {
+    let OnDevice { name, fault, .. } = study.on_device.as_ref()?;
+    let mut rows = study.front_on_device().into_iter();
+    let rows = rows.find(|&(row, _)| study.trials[row].is_within(study.wanted));
+    let known = rows.map(|(row, cost)| (&study.trials[row], cost));
+    let said = match (known, cheapest(study, study.wanted)) {
+        (Some((trial, cost)), Some(best)) => format!(
+            "On {name} the cheapest is {}: {} per frame, transfers included, {} times the CPU time \
+             of the cheapest on the processor.",
+            told(trial),
+            estimate(cost / 60.0, "s"),
+            rounded(cost / best.cost, 2)
+        ),
+        _ => format!("On {name} nothing that was timed comes within that."),
+    };
+    let failed = fault.as_ref().map(|why| format!(" Not all was timed: {why}."));
+    Some(said + &failed.unwrap_or_default())
 }
 
 fn caveats(study: &Study) -> Vec<String> {

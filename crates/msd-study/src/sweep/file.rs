@@ -1,9 +1,10 @@
 //! Sweep files; `docs/reference/sweeps.md` explains every key.
 
+use crate::sweep::columns::{MEASURES, Measure};
 use crate::sweep::table::TableFormat;
 use crate::sweep::value::{Axis, Entry, MAX_CELLS};
 use msd_scene::tree::{Source, Value};
-use msd_scene::{FileError, Place, decode, format_of, plain, read_text, shown_path};
+use msd_scene::{FileError, Place, decode, format_of, nearest, plain, read_text, shown_path};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::path::{Path, PathBuf};
@@ -21,6 +22,7 @@ struct SweepRow {
     out: Option<String>,
     format: Option<TableFormat>,
     error: Option<bool>,
+    columns: Option<Vec<String>>,
     /// Read from the tree, which remembers where each value was written.
     grid: Option<IgnoredAny>,
 }
@@ -37,6 +39,8 @@ pub(crate) struct SweepFile {
     pub(crate) out: PathBuf,
     pub(crate) format: TableFormat,
     pub(crate) error: bool,
+    /// The columns of measurements that the table has.
+    pub(super) measures: Vec<Measure>,
     pub(crate) axes: Vec<Axis>,
     pub(crate) grid_place: Place,
 }
@@ -84,9 +88,33 @@ pub(crate) fn read(path: &Path) -> Result<SweepFile, FileError> {
         out,
         format,
         error: row.error.unwrap_or(false),
+        measures: measures(row.columns.as_deref(), &source)?,
         axes: axes(&source)?,
         grid_place: source.place_of("grid"),
     })
+}
+
+/// The columns of measurements of these names, or all, in the order of the table.
+fn measures(names: Option<&[String]>, source: &Source<'_>) -> Result<Vec<Measure>, FileError> {
+    let Some(names) = names else { return Ok(MEASURES.to_vec()) };
+    for (row, name) in names.iter().enumerate() {
+        let wrong = |expected: String| {
+            let value = format!("{name:?}");
+            Err(source.out_of_domain(format_args!("columns[{row}]"), value, expected))
+        };
+        let known = || MEASURES.iter().map(|measure| measure.0);
+        if !known().any(|known| known == name) {
+            return wrong(match nearest(name, known()) {
+                Some(near) => format!("the name of a measured column, such as {near:?}"),
+                None => "the name of a measured column, such as \"state_hash\"".to_owned(),
+            });
+        }
+        if names[..row].contains(name) {
+            return wrong("named once".to_owned());
+        }
+    }
+    let is_named = |measure: &&Measure| names.iter().any(|name| name == measure.0);
+    Ok(MEASURES.iter().filter(is_named).copied().collect())
 }
 
 /// The words of a sweep for errors that it shares with scene files.

@@ -36,7 +36,7 @@ pub(super) struct Measured {
 }
 
 /// Error of a cell.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Comparison {
     pub(super) errors: Errors,
     /// Size of the scene, metres.
@@ -80,7 +80,7 @@ pub(super) struct References {
     kept: usize,
 }
 
-type Slot = Arc<OnceLock<Result<Reference, Halt>>>;
+pub(super) type Slot = Arc<OnceLock<Result<Reference, Halt>>>;
 
 impl References {
     pub(super) fn new(kept: usize) -> Self {
@@ -100,6 +100,25 @@ impl References {
     }
 }
 
+/// The reference of a cell, or the reason why there is none, in words.
+///
+/// # Errors
+/// The error of [`Monitor::proceed`].
+fn right_of<'s>(
+    loaded: &Loaded,
+    (duration, slot): (f64, Option<&'s Slot>),
+    monitor: &mut dyn Monitor,
+) -> Result<Option<Result<&'s Reference, String>>, Halt> {
+    let wish = Wish { duration, ..Wish::default() };
+    let make = || reference(&loaded.scene, wish, monitor);
+    match slot.map(|slot| slot.get_or_init(make)) {
+        Some(Ok(right)) => Ok(Some(Ok(right))),
+        Some(Err(Halt::Refused(error))) => Ok(Some(Err(format!("there is no reference: {error}")))),
+        Some(Err(halt)) => Err(halt.clone()),
+        None => Ok(None),
+    }
+}
+
 /// Runs a scene and measures it, against a reference if there is a slot for one.
 ///
 /// # Errors
@@ -107,111 +126,169 @@ impl References {
 /// error.
 pub(super) fn measure(
     loaded: &Loaded,
-    (duration, slot): (f64, Option<&Slot>),
+    (duration, slot): (f64, Option<Slot>),
     monitor: &mut dyn Monitor,
 ) -> Result<Measured, Halt> {
-    let wish = Wish { duration, ..Wish::default() };
-    let make = || reference(&loaded.scene, wish, monitor);
-    let (right, note) = match slot.map(|slot| slot.get_or_init(make)) {
-        Some(Ok(right)) => (Some(right), None),
-        Some(Err(Halt::Refused(error))) => (None, Some(format!("there is no reference: {error}"))),
-        Some(Err(halt)) => return Err(halt.clone()),
-        None => (None, None),
-    };
-    let mut run = TimedRun::start(loaded, monitor)?;
-    // Automatic substeps may be others later.
-    let settings = run.runner.settings();
-    let steps = count_steps(loaded.settings, duration);
-    let compared = match right {
-        Some(right) => {
-            let system = Simulation::new(&loaded.scene, Settings::default())?;
-            run.compare_with(right, (&system, steps))
-        }
-        None => Ok(None),
-    };
-    let ended = compared.and_then(|comparison| run.step_to(steps).map(|()| comparison));
-    let (comparison, diverged, note) = match ended {
-        Ok(None) if right.is_some() => {
-            let reason = "no step ends where the reference has a state";
-            (None, None, Some(reason.to_owned()))
-        }
-        Ok(comparison) => (comparison, None, note),
-        Err(Halt::Refused(Error::Diverged(divergence))) => (None, Some(divergence), note),
-        // A result like any other, too: this choice does not get through this scene.
-        Err(Halt::Refused(error)) if error.is_of_step() => (None, None, Some(error.to_string())),
-        Err(halt) => return Err(halt),
-    };
-    let TimedRun { runner, cpu, wall, stable, .. } = run;
-    Ok(Measured {
-        settings,
-        precision: loaded.precision,
-        particles: runner.particle_count(),
-        springs: runner.spring_count(),
-        steps: runner.steps(),
-        time: runner.time(),
-        cpu,
-        wall,
-        stable,
-        energy: runner.energy(),
-        state_hash: state_hash(&runner.state()),
-        diverged,
-        comparison,
-        note,
-    })
-}
-
-/// A run whose steps are timed.
-struct TimedRun<'a> {
-    runner: Runner,
-    monitor: &'a mut dyn Monitor,
-    cpu: f64,
-    wall: f64,
-    stable: f64,
-}
-
-impl<'a> TimedRun<'a> {
-    fn start(loaded: &Loaded, monitor: &'a mut dyn Monitor) -> Result<Self, Error> {
-        let runner = Runner::open(loaded)?;
-        let stable = runner.stable_substep();
-        Ok(TimedRun { runner, monitor, cpu: 0.0, wall: 0.0, stable })
-    }
-
-    fn step_to(&mut self, steps: u64) -> Result<(), Halt> {
+    let (mut cell, mut runner) = CellRun::begin(loaded, (duration, slot), monitor)?;
+    while let Some(stop) = cell.next_stop() {
         let (clock, wall) = (CpuClock::start(), Instant::now());
         let mut stepped = Ok(());
-        while stepped.is_ok() && self.runner.steps() < steps {
-            let proceeds = self.monitor.proceed();
-            stepped = proceeds.and_then(|()| self.runner.step().map_err(Halt::from));
+        while stepped.is_ok() && runner.steps() < stop {
+            let proceeds = monitor.proceed();
+            stepped = proceeds.and_then(|()| runner.step().map_err(Halt::from));
         }
-        self.cpu += clock.seconds();
-        self.wall += wall.elapsed().as_secs_f64();
-        stepped
+        cell.times[0] += clock.seconds();
+        cell.times[1] += wall.elapsed().as_secs_f64();
+        match stepped {
+            Ok(()) => cell.arrive(&runner),
+            Err(Halt::Refused(error)) => cell.end(error)?,
+            Err(halt) => return Err(halt),
+        }
+    }
+    Ok(cell.finish(&runner))
+}
+
+/// The measurement of a cell under way. Whoever takes the steps of its run stops at each of its
+/// stops.
+pub(super) struct CellRun {
+    settings: Settings,
+    precision: Precision,
+    /// Largest substep predicted stable at the start, seconds.
+    stable: f64,
+    /// Time that the steps took, by the processor and by the clock on the wall, seconds.
+    times: [f64; 2],
+    /// The reference, and the system in which states are compared with it.
+    right: Option<(Slot, Simulation<f64>)>,
+    /// The steps at which to stop, in descending order, each with the row of the reference to
+    /// compare with; none at the end.
+    stops: Vec<(u64, Option<usize>)>,
+    /// The comparison so far.
+    comparison: Comparison,
+    note: Option<String>,
+    diverged: Option<Divergence>,
+    has_ended: bool,
+}
+
+impl CellRun {
+    /// Begins to measure a scene, and opens its run.
+    ///
+    /// # Errors
+    /// See [`measure`].
+    pub(super) fn begin(
+        loaded: &Loaded,
+        (duration, slot): (f64, Option<Slot>),
+        monitor: &mut dyn Monitor,
+    ) -> Result<(Self, Runner), Halt> {
+        let right = right_of(loaded, (duration, slot.as_ref()), monitor)?;
+        let runner = Runner::open(loaded)?;
+        let steps = count_steps(loaded.settings, duration);
+        let mut stops = vec![(steps, None)];
+        let (mut comparison, mut note, mut system) = (Comparison::default(), None, None);
+        match right {
+            Some(Ok(right)) => {
+                let step = runner.settings().step;
+                let frames = right.frames.iter().enumerate().rev();
+                let met = frames.filter_map(|(row, &frame)| Some((steps_to(frame, step)?, row)));
+                let met = met.filter(|&(met, _)| met <= steps);
+                stops.extend(met.map(|(met, row)| (met, Some(row))));
+                comparison.size = right.size;
+                system = Some(Simulation::new(&loaded.scene, Settings::default())?);
+            }
+            Some(Err(why)) => note = Some(why),
+            None => {}
+        }
+        let cell = CellRun {
+            // Automatic substeps may be others later.
+            settings: runner.settings(),
+            precision: loaded.precision,
+            stable: runner.stable_substep(),
+            times: [0.0; 2],
+            right: slot.zip(system),
+            stops,
+            comparison,
+            note,
+            diverged: None,
+            has_ended: false,
+        };
+        Ok((cell, runner))
     }
 
-    /// Steps to each state of the reference that a step meets, at most `steps` of them, and
-    /// compares: particle by particle as long as the reference knows where they are.
-    fn compare_with(
-        &mut self,
-        right: &Reference,
-        (system, steps): (&Simulation<f64>, u64),
-    ) -> Result<Option<Comparison>, Halt> {
+    /// The steps of the run at which it is to stop next; none once it has ended.
+    pub(super) fn next_stop(&self) -> Option<u64> {
+        self.stops.last().filter(|_| !self.has_ended).map(|stop| stop.0)
+    }
+
+    /// Compares the run at its next stop with the reference: particle by particle as long as the
+    /// reference knows where they are.
+    pub(super) fn arrive(&mut self, runner: &Runner) {
+        let Some((_, Some(row))) = self.stops.pop() else { return };
+        let Some((right, system)) = self.right() else { return };
         let reliable = right.reliable(RELIABLE * right.size).max(1);
-        let (mut errors, mut samples, mut until) = (Errors::default(), 0, 0.0);
-        for (row, (&frame, sample)) in right.frames.iter().zip(&right.states).enumerate() {
-            let met = steps_to(frame, self.runner.settings().step).filter(|&met| met <= steps);
-            let Some(met) = met else { continue };
-            self.step_to(met)?;
-            let here = compare(system, &state(&self.runner), &sample.state());
-            let Errors { centre, energy, penetration, .. } = here;
-            let coarse = Errors { centre, energy, penetration, ..Errors::default() };
-            errors = errors.worse(if row < reliable { &here } else { &coarse });
-            if row < reliable {
-                (samples, until) = (samples + 1, frame as f64 * FRAME);
-            }
-        }
+        let here = compare(system, &state(runner), &right.states[row].state());
+        let Errors { centre, energy, penetration, .. } = here;
+        let coarse = Errors { centre, energy, penetration, ..Errors::default() };
+        let until = right.frames[row] as f64 * FRAME;
         let known = &right.moved[..reliable.min(right.moved.len())];
         let uncertainty = known.iter().copied().fold(0.0, f64::max);
-        let comparison = Comparison { errors, size: right.size, samples, until, uncertainty };
-        Ok((0 < samples).then_some(comparison))
+        let is_known = row < reliable;
+        let comparison = &mut self.comparison;
+        comparison.errors = comparison.errors.worse(if is_known { &here } else { &coarse });
+        comparison.uncertainty = uncertainty;
+        if is_known {
+            (comparison.samples, comparison.until) = (comparison.samples + 1, until);
+        }
+    }
+
+    fn right(&self) -> Option<(&Reference, &Simulation<f64>)> {
+        let (slot, system) = self.right.as_ref()?;
+        Some((slot.get()?.as_ref().ok()?, system))
+    }
+
+    /// Ends the run by the error of a step, which is a result: this choice does not get through
+    /// this scene.
+    ///
+    /// # Errors
+    /// An error of anything but a step.
+    pub(super) fn end(&mut self, error: Error) -> Result<(), Error> {
+        self.has_ended = true;
+        match error {
+            Error::Diverged(divergence) => self.diverged = Some(divergence),
+            error if error.is_of_step() => self.note = Some(error.to_string()),
+            error => return Err(error),
+        }
+        Ok(())
+    }
+
+    /// Notes that a device takes the steps. It does not measure the columns of the processor.
+    pub(super) fn hand_over(&mut self) {
+        self.times = [f64::NAN; 2];
+    }
+
+    /// The measurements of a run that has come to its end.
+    pub(super) fn finish(self, runner: &Runner) -> Measured {
+        let is_compared = 0 < self.comparison.samples && !self.has_ended;
+        let no_sample = "no step ends where the reference has a state".to_owned();
+        let has_no_sample = self.right().is_some() && !is_compared && !self.has_ended;
+        let [cpu, wall] = self.times;
+        let mut energy = runner.energy();
+        if cpu.is_nan() {
+            (energy.dissipated, energy.supplied) = (f64::NAN, f64::NAN);
+        }
+        Measured {
+            settings: self.settings,
+            precision: self.precision,
+            particles: runner.particle_count(),
+            springs: runner.spring_count(),
+            steps: runner.steps(),
+            time: runner.time(),
+            cpu,
+            wall,
+            stable: self.stable,
+            energy,
+            state_hash: state_hash(&runner.state()),
+            diverged: self.diverged,
+            comparison: is_compared.then_some(self.comparison),
+            note: if has_no_sample { Some(no_sample) } else { self.note },
+        }
     }
 }

@@ -12,16 +12,19 @@
 
 mod value;
 mod table;
-mod file;
 mod measure;
+mod columns;
+mod file;
 mod plan;
 mod row;
 mod store;
+mod under_way;
+mod fleet;
 mod run;
 mod task;
 
 pub use plan::{Cell, Sweep};
-pub use run::{Summary, run};
+pub use run::{Summary, run, run_on, unfinished};
 pub use store::Store;
 pub use table::{Column, Datum, Kind, Table, TableFormat};
 pub use task::Task;

@@ -1,5 +1,6 @@
 //! The cells of a sweep, and the scene of each.
 
+use crate::sweep::columns::OF_PROCESSOR;
 use crate::sweep::file::{SweepFile, read};
 use crate::sweep::measure::meets_frames;
 use crate::sweep::table::{Column, Datum, Kind, TableFormat};
@@ -71,6 +72,12 @@ impl Sweep {
     /// Whether each cell is compared with a reference.
     pub fn has_error(&self) -> bool {
         self.file.error
+    }
+
+    /// Those of its columns that a device does not measure.
+    pub fn columns_of_processor(&self) -> Vec<&'static str> {
+        let names = self.file.measures.iter().map(|measure| measure.0);
+        names.filter(|name| OF_PROCESSOR.contains(name)).collect()
     }
 
     /// The format of its files.
@@ -186,13 +193,21 @@ impl Sweep {
     /// # Errors
     /// The first thing that is wrong, at its place in the sweep file where a value of the grid is.
     pub fn load(&self, cell: &Cell) -> Result<Loaded, FileError> {
+        self.open_cell(cell).map(|opened| opened.0)
+    }
+
+    /// Builds the scene of a cell, checks that it can run, and opens its run.
+    ///
+    /// # Errors
+    /// See [`Sweep::load`].
+    pub fn open_cell(&self, cell: &Cell) -> Result<(Loaded, Runner), FileError> {
         let source = self.source(cell)?;
         let loaded = self.draft.load(&source).map_err(|error| self.explain(error, cell))?;
         let settings = loaded.settings;
-        // Made once to see that it can be: masses and steps that round to zero and the like.
-        Runner::open(&loaded).map_err(|error| self.refuse(error, cell))?;
+        // Masses and steps may round to zero and the like.
+        let runner = Runner::open(&loaded).map_err(|error| self.refuse(error, cell))?;
         self.check_steps(cell, settings)?;
-        Ok(loaded)
+        Ok((loaded, runner))
     }
 
     /// Refuses a duration of no step, of too many, and of none that can be compared.

@@ -1,20 +1,20 @@
 //! The run of a sweep: all cells checked first, then one after another on each thread.
 
-use crate::monitor::{Halt, Monitor, Progress};
-use crate::sweep::measure::{References, measure};
+use crate::measure::device::Device;
+use crate::monitor::{Monitor, Progress};
+use crate::sweep::fleet::run_fleets;
 use crate::sweep::plan::{Cell, Sweep};
-use crate::sweep::row::row;
 use crate::sweep::store::Store;
+use crate::sweep::under_way::{UnderWay, in_parallel, lock};
 use msd_core::Integrator;
 use msd_scene::{FileError, Loaded};
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
 
 /// Result of a sweep, or of the requested part of it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Summary {
     /// Cells that were run now.
     pub run: usize,
@@ -24,6 +24,10 @@ pub struct Summary {
     pub diverged: usize,
     /// Cells that were not run, as the sweep was cancelled.
     pub left: usize,
+    /// Cells that were run now on a device.
+    pub on_device: usize,
+    /// Why the device did not take further cells, if it failed.
+    pub fault: Option<String>,
 }
 
 /// Runs those of some cells that are not done, on some threads. Every one is checked before the
@@ -40,14 +44,24 @@ pub fn run(
     (cells, jobs): (Range<usize>, usize),
     monitor: &mut (dyn Monitor + Send),
 ) -> Result<Summary, FileError> {
-    let mut todo = Vec::new();
+    run_on(sweep, store, (cells, jobs, None), monitor)
+}
+
+/// Runs cells as [`run`] does, those that a device takes on that: many at once. The processor takes
+/// the others, and all that are left if the device fails.
+///
+/// Rows of the device leave [`Sweep::columns_of_processor`] empty; all else has the same bits.
+///
+/// # Errors
+/// See [`run`].
+pub fn run_on(
+    sweep: &Sweep,
+    store: &Store,
+    (cells, jobs, device): (Range<usize>, usize, Option<&mut dyn Device>),
+    monitor: &mut (dyn Monitor + Send),
+) -> Result<Summary, FileError> {
     let count = cells.len();
-    for number in cells {
-        let cell = sweep.cell(number)?;
-        if store.row(sweep, &cell).is_none() {
-            todo.push(cell);
-        }
-    }
+    let todo = unfinished(sweep, store, cells)?;
     let skipped = count - todo.len();
     let (all, monitor) = (todo.len(), Mutex::new(monitor));
     let report = |progress| lock(&monitor).report(progress);
@@ -73,50 +87,35 @@ pub fn run(
         first.entry(cell.scene_hash.clone()).or_insert(cell.number);
     }
     todo.sort_by_key(|(cell, _)| first.get(&cell.scene_hash).copied());
-    let references = References::new(jobs.max(1));
-    let clock = Remaining::start(todo.iter().map(|cell| cell.1).sum());
-    let ran = Mutex::new(0);
-    let diverged = in_parallel(&todo, jobs, &|(cell, work)| {
-        let slot = sweep.has_error().then(|| references.slot(&cell.scene_hash));
-        let slot = (sweep.duration(), slot.as_ref());
-        let measured = match measure(&sweep.load(cell)?, slot, &mut Shared(&monitor)) {
-            Ok(measured) => measured,
-            Err(Halt::Refused(error)) => return Err(sweep.refuse(error, cell)),
-            Err(Halt::Cancelled | Halt::Deadline) => return Ok(None),
-        };
-        let row = row(sweep, cell, &measured);
-        let diverged = measured.diverged.is_some();
-        let outcome = if diverged { "diverged" } else { "finished" };
-        let error = store.value(&row, "rms_error").as_number();
-        let error = error.map_or(String::new(), |error| format!(", rms error {error:.3e} m"));
-        store.save(cell, row)?;
-        let (number, cpu, words) = (cell.number, measured.cpu, sweep.words(cell));
-        let now = format!("cell {number} {outcome}, {cpu:.3} s cpu{error}: {words}");
-        let mut done = lock(&ran);
-        *done += 1;
-        let (parts, left) = (Some([*done, all]), Some(clock.done(*work)));
-        report(Progress { now, done: *done, parts, left });
-        Ok(Some(diverged))
-    })?;
-    let (run, left) = (diverged.len(), todo.len() - diverged.len());
-    let diverged = diverged.into_iter().filter(|&diverged| diverged).count();
-    Ok(Summary { run, skipped, diverged, left })
-}
-
-/// The monitor of a sweep, shared by its threads, which report no references.
-struct Shared<'a, 'm>(&'a Mutex<&'m mut (dyn Monitor + Send)>);
-
-impl Monitor for Shared<'_, '_> {
-    fn report(&mut self, _: Progress) {}
-
-    fn proceed(&mut self) -> Result<(), Halt> {
-        // Where another thread asks now, the next step is soon enough.
-        self.0.try_lock().map_or(Ok(()), |mut monitor| monitor.proceed())
+    let under_way = UnderWay::new((sweep, store), (&todo, jobs), &monitor);
+    let (mut diverged, mut fault) = (Vec::new(), None);
+    if let Some(device) = device {
+        (diverged, todo, fault) = run_fleets(&under_way, device, todo)?;
     }
+    let on_device = diverged.len();
+    diverged.extend(in_parallel(&todo, jobs, &|cell| under_way.run(cell))?);
+    let (run, left) = (diverged.len(), all - diverged.len());
+    let diverged = diverged.into_iter().filter(|&diverged| diverged).count();
+    Ok(Summary { run, skipped, diverged, left, on_device, fault })
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+/// Those of some cells that are not done.
+///
+/// # Errors
+/// A key of the grid that has no place in the scene.
+pub fn unfinished(
+    sweep: &Sweep,
+    store: &Store,
+    cells: Range<usize>,
+) -> Result<Vec<Cell>, FileError> {
+    let mut todo = Vec::new();
+    for number in cells {
+        let cell = sweep.cell(number)?;
+        if store.row(sweep, &cell).is_none() {
+            todo.push(cell);
+        }
+    }
+    Ok(todo)
 }
 
 /// Work of a cell in spring updates, roughly: accurate enough to separate minutes from hours.
@@ -136,58 +135,4 @@ fn expected_work(sweep: &Sweep, loaded: &Loaded) -> f64 {
     let steps = sweep.duration() / settings.step;
     let rows = loaded.scene.springs.len() + loaded.scene.particles.len();
     steps * substeps * evaluations * rows as f64
-}
-
-/// Remaining time, by the work that was done and the work that is left.
-struct Remaining {
-    start: Instant,
-    total: f64,
-    done: Mutex<f64>,
-}
-
-impl Remaining {
-    fn start(total: f64) -> Self {
-        Remaining { start: Instant::now(), total, done: Mutex::new(0.0) }
-    }
-
-    /// Adds finished work; returns the remaining time, seconds.
-    fn done(&self, work: f64) -> f64 {
-        let mut done = lock(&self.done);
-        *done += work;
-        self.start.elapsed().as_secs_f64() * (self.total - *done).max(0.0) / *done
-    }
-}
-
-/// Does something with each item, on some threads; results in the order of the items, without
-/// those that were given up. After an error no item is begun; of several errors that of the first
-/// item is returned.
-fn in_parallel<T: Sync, R: Send>(
-    items: &[T],
-    jobs: usize,
-    act: &(dyn Fn(&T) -> Result<Option<R>, FileError> + Sync),
-) -> Result<Vec<R>, FileError> {
-    let (next, failed) = (AtomicUsize::new(0), AtomicUsize::new(usize::MAX));
-    let results = Mutex::new(Vec::with_capacity(items.len()));
-    let work = || {
-        loop {
-            let row = next.fetch_add(1, Ordering::Relaxed);
-            let Some(item) = items.get(row) else { break };
-            if failed.load(Ordering::Relaxed) < row {
-                break;
-            }
-            let result = act(item);
-            if result.is_err() {
-                failed.fetch_min(row, Ordering::Relaxed);
-            }
-            lock(&results).push((row, result));
-        }
-    };
-    match jobs.clamp(1, items.len().max(1)) {
-        // On this thread, which spares a start for every task of a cluster.
-        1 => work(),
-        jobs => std::thread::scope(|scope| (0..jobs).for_each(|_| drop(scope.spawn(work)))),
-    }
-    let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
-    results.sort_by_key(|result| result.0);
-    results.into_iter().filter_map(|result| result.1.transpose()).collect()
 }

@@ -85,12 +85,6 @@ impl Store {
         table.write(&self.path(cell), self.format)
     }
 
-    /// The place of a column in a row.
-    pub(super) fn value<'r>(&self, row: &'r [Datum], name: &str) -> &'r Datum {
-        let place = self.columns.iter().position(|column| column.name == name);
-        place.and_then(|place| row.get(place)).unwrap_or(&Datum::Nothing)
-    }
-
     /// Collects the cells that are done into one table, in the order of the grid; returns also how
     /// many are missing.
     ///

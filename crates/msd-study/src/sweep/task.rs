@@ -1,9 +1,9 @@
 //! A cell as a separate value: all that a worker needs to make its row without a file.
 
 use crate::monitor::{Halt, Monitor};
+use crate::sweep::columns::{HEAD, MEASURES};
 use crate::sweep::measure::{References, measure};
 use crate::sweep::plan::{Cell, Sweep};
-use crate::sweep::row::{HEAD, MEASURES};
 use crate::sweep::table::Datum;
 use msd_scene::{Draft, FileError, SceneFormat};
 use std::collections::BTreeMap;
@@ -57,7 +57,7 @@ impl Task {
         let draft = self.draft();
         let loaded = draft.load(&draft.source()?)?;
         let slot = self.error.then(|| References::new(1).slot(&self.hash));
-        let measured = measure(&loaded, (self.duration, slot.as_ref()), monitor);
+        let measured = measure(&loaded, (self.duration, slot), monitor);
         let measured = measured.map_err(|halt| {
             halt.map(|source| {
                 let (file, source) = (self.scene.clone(), Box::new(source));

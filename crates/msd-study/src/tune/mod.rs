@@ -9,11 +9,13 @@ mod report;
 
 use crate::candidates::choice::{Choice, FRAME, Fineness};
 use crate::candidates::ladder::{Ladder, PREDICTION, ladders};
+use crate::measure::device::Device;
 use crate::measure::reference::{Reference, Wish, exact, frames_of, reference, size_of};
-use crate::measure::trial::{Trial, time_choice, try_choice};
+use crate::measure::trial::{DeviceTime, Trial, time_choice, time_on, try_choice};
 use crate::monitor::{Halt, Monitor, Progress, unless_refused};
 use crate::tune::slope::{is_coarsest, is_stuck, order, predict, scaled};
 use msd_core::{Error, Integrator, Scene};
+use msd_run::Runner;
 use msd_scene::Precision;
 use serde::{Deserialize, Serialize};
 
@@ -113,6 +115,43 @@ const TRIALS: usize = 8;
 /// Factor by which a single timing of a choice within a budget may exceed it.
 const UNLUCKY: f64 = 1.3;
 
+/// A device by whose time choices are tuned.
+pub struct Tuner<'a> {
+    device: &'a mut dyn Device,
+    /// Why the device took no more steps, if it failed: the search is then cancelled.
+    pub fault: Option<String>,
+}
+
+impl<'a> Tuner<'a> {
+    /// Begins to time choices on a device.
+    pub fn new(device: &'a mut dyn Device) -> Self {
+        Tuner { device, fault: None }
+    }
+
+    /// Returns whether the device steps a choice.
+    fn takes(&self, scene: &Scene, choice: Choice) -> bool {
+        let runner = Runner::new(scene, choice.settings(), choice.precision);
+        runner.is_ok_and(|runner| self.device.takes(&runner))
+    }
+
+    /// Wall-clock time per simulated second, seconds; infinite for a run that diverges.
+    fn time(
+        &mut self,
+        (scene, choice): (&Scene, Choice),
+        frames: u64,
+        monitor: &mut dyn Monitor,
+    ) -> Result<f64, Halt> {
+        match time_on(self.device, (scene, choice), frames, monitor)? {
+            DeviceTime::Cost(cost) => Ok(cost),
+            DeviceTime::Untaken => Ok(f64::INFINITY),
+            DeviceTime::Failed(why) => {
+                self.fault = Some(why);
+                Err(Halt::Cancelled)
+            }
+        }
+    }
+}
+
 /// Tunes a scene over some seconds. A search that the monitor ends returns the best by then.
 ///
 /// # Errors
@@ -124,13 +163,37 @@ pub fn tune(
     goal: Goal,
     monitor: &mut dyn Monitor,
 ) -> Result<Tuned, Halt> {
-    let tuned = tune_by(scene, (duration, 0.02), goal, monitor)?;
+    tune_by((scene, None), duration, goal, monitor)
+}
+
+/// Tunes a scene for a device, among the choices that it steps. Costs are wall-clock times there,
+/// transfers of the state included; errors and gains of energy are those of the processor, which
+/// has the same bits.
+///
+/// # Errors
+/// See [`tune`].
+pub fn tune_on(
+    (scene, tuner): (&Scene, &mut Tuner<'_>),
+    duration: f64,
+    goal: Goal,
+    monitor: &mut dyn Monitor,
+) -> Result<Tuned, Halt> {
+    tune_by((scene, Some(tuner)), duration, goal, monitor)
+}
+
+fn tune_by(
+    (scene, mut tuner): (&Scene, Option<&mut Tuner<'_>>),
+    duration: f64,
+    goal: Goal,
+    monitor: &mut dyn Monitor,
+) -> Result<Tuned, Halt> {
+    let tuned = search((scene, tuner.as_deref_mut()), (duration, 0.02), goal, monitor)?;
     if tuned.met || tuned.is_cut_short || matches!(goal, Goal::Budget(_)) {
         return Ok(tuned);
     }
     // Dormand-Prince cannot be judged near the tolerance of its reference: a tighter one lets it
     // try the tolerances that the first could not judge.
-    match tune_by(scene, (duration, 0.0002), goal, monitor) {
+    match search((scene, tuner), (duration, 0.0002), goal, monitor) {
         Err(Halt::Cancelled | Halt::Deadline) => Ok(Tuned { is_cut_short: true, ..tuned }),
         Ok(again) if again.met => Ok(again),
         Ok(again) => Ok(Tuned { is_cut_short: again.is_cut_short, ..tuned }),
@@ -138,9 +201,9 @@ pub fn tune(
     }
 }
 
-/// Tunes by a reference that is certain to a part of the wish.
-fn tune_by(
-    scene: &Scene,
+/// Searches by a reference that is certain to a part of the wish.
+fn search(
+    (scene, tuner): (&Scene, Option<&mut Tuner<'_>>),
     (duration, part): (f64, f64),
     goal: Goal,
     monitor: &mut dyn Monitor,
@@ -161,8 +224,15 @@ fn tune_by(
     monitor.report(Progress::of(PREDICTION));
     let mut ladders = in_order_of_merit(ladders(scene)?);
     ladders.retain(|ladder| ladder.integrator.is_adaptive() || ladder.fewest.is_some());
+    if let Some(tuner) = &tuner {
+        ladders.retain(|ladder| {
+            let fewest = ladder.fewest.map(Fineness::Substeps);
+            fewest.is_some_and(|fewest| tuner.takes(scene, ladder.choice(fewest)))
+        });
+    }
     let (methods, found, seen) = ([0, ladders.len()], Vec::new(), Vec::new());
-    let mut search = Search { scene, right: &right, reliable, goal, certain, methods, found, seen };
+    let right = &right;
+    let mut search = Search { scene, right, tuner, reliable, goal, certain, methods, found, seen };
     let mut ended = None;
     for ladder in ladders {
         match search.climb(ladder, monitor) {
@@ -204,9 +274,10 @@ fn in_order_of_merit(mut ladders: Vec<Ladder>) -> Vec<Ladder> {
 }
 
 /// A search under way.
-struct Search<'a> {
+struct Search<'a, 't> {
     scene: &'a Scene,
     right: &'a Reference,
+    tuner: Option<&'a mut Tuner<'t>>,
     reliable: usize,
     goal: Goal,
     /// Whether the reference is accurate enough for any verdict.
@@ -219,7 +290,7 @@ struct Search<'a> {
     seen: Vec<(f64, f64)>,
 }
 
-impl Search<'_> {
+impl Search<'_, '_> {
     /// Looks for the best choice of one method and precision; trials made before an early end
     /// count.
     fn climb(&mut self, ladder: Ladder, monitor: &mut dyn Monitor) -> Result<(), Halt> {
@@ -255,7 +326,10 @@ impl Search<'_> {
             let (now, done) = (choice.to_string(), self.seen.len());
             monitor.report(Progress { now, done, parts: Some(self.methods), left: None });
             // A precision that cannot hold the scene is not a choice for it.
-            let Some(trial) = self.attempt(choice, monitor)? else { break };
+            let Some(mut trial) = self.attempt(choice, monitor)? else { break };
+            if self.tuner.is_some() {
+                trial.cost = self.time(choice, frames_of(self.right.duration()), monitor)?;
+            }
             let error = if trial.is_sound() { trial.error() } else { f64::INFINITY };
             self.seen.push((trial.cost, error));
             predicted.push(predict(trials, fineness, ladder));
@@ -271,8 +345,25 @@ impl Search<'_> {
         unless_refused(try_choice(self.scene, choice, (self.right, self.reliable), monitor))
     }
 
+    /// The cost of a choice, on the device if there is one.
+    fn time(
+        &mut self,
+        choice: Choice,
+        frames: u64,
+        monitor: &mut dyn Monitor,
+    ) -> Result<f64, Halt> {
+        match &mut self.tuner {
+            Some(tuner) => tuner.time((self.scene, choice), frames, monitor),
+            None => time_choice(self.scene, choice, frames, monitor),
+        }
+    }
+
     /// The coarsest fineness that is worth a trial.
-    fn start(&self, ladder: &Ladder, monitor: &mut dyn Monitor) -> Result<Option<Fineness>, Halt> {
+    fn start(
+        &mut self,
+        ladder: &Ladder,
+        monitor: &mut dyn Monitor,
+    ) -> Result<Option<Fineness>, Halt> {
         if ladder.integrator.is_adaptive() {
             let tolerance = match self.goal {
                 Goal::MaxError(error) => error / self.right.size,
@@ -287,7 +378,7 @@ impl Search<'_> {
         // As fine as the budget allows, by the cost of a few frames of the coarsest.
         let frames = frames_of(self.right.duration()).min(6);
         let coarsest = ladder.choice(Fineness::Substeps(fewest));
-        let cost = time_choice(self.scene, coarsest, frames, monitor);
+        let cost = self.time(coarsest, frames, monitor);
         let Some(cost) = unless_refused(cost)? else { return Ok(None) };
         // A run that takes much longer than the reference is below its uncertainty: nothing to
         // choose by.
@@ -400,11 +491,11 @@ impl Search<'_> {
         let least = good.iter().map(|&row| cost(&self.found[row])).fold(f64::INFINITY, f64::min);
         let rounds = (0.3 / (least * self.right.duration())).clamp(1.0, 9.0) as usize;
         for row in good.iter().cycle().take(rounds * good.len()) {
-            let trial = &mut self.found[*row].trial;
-            if trial.cost < 3.0 * least || matches!(self.goal, Goal::Budget(_)) {
-                match time_choice(self.scene, trial.choice, frames, monitor) {
+            let Trial { choice, cost, .. } = self.found[*row].trial;
+            if cost < 3.0 * least || matches!(self.goal, Goal::Budget(_)) {
+                match self.time(choice, frames, monitor) {
                     Err(Halt::Cancelled | Halt::Deadline) => break,
-                    again => trial.cost = trial.cost.min(again?),
+                    again => self.found[*row].trial.cost = cost.min(again?),
                 }
             }
         }

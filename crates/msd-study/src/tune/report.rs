@@ -18,6 +18,8 @@ pub struct TuneReport {
     pub compared_until: f64,
     /// Time after which the scene is chaotic, seconds; `None` if it is not.
     pub chaotic_after: Option<f64>,
+    /// `processor`, or the graphics adapter whose time costs are.
+    pub device: String,
     /// The goal that was asked for.
     pub goal: Goal,
     /// Whether `best` meets it.
@@ -38,7 +40,8 @@ pub struct TuneReport {
 }
 
 impl TuneReport {
-    /// The report of a scene of which some keys were set; nothing is written yet.
+    /// The report of a scene of which some keys were set, tuned for the processor; nothing is
+    /// written yet.
     pub fn new(scene: &str, set: SetKeys, tuned: &Tuned) -> Self {
         let row = |found| ChoiceReport::new(found, tuned.uncertainty);
         TuneReport {
@@ -47,6 +50,7 @@ impl TuneReport {
             duration: tuned.duration,
             compared_until: tuned.compared,
             chaotic_after: tuned.horizon,
+            device: "processor".into(),
             goal: tuned.goal,
             met: tuned.met,
             best: row(&tuned.best),
@@ -76,7 +80,7 @@ pub struct ChoiceReport {
     pub predicted_error: Option<f64>,
     /// Error that was measured, metres.
     pub verified_error: f64,
-    /// Processor time per frame of 1/60 s, milliseconds.
+    /// Processor time, or wall-clock time of a device, per frame of 1/60 s, milliseconds.
     pub ms_per_frame: f64,
 }
 

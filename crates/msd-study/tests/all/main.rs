@@ -1,6 +1,7 @@
 //! Studies, sweeps and inspections.
 
 mod audit;
+mod fleets;
 mod inspection;
 mod lessons;
 mod space;

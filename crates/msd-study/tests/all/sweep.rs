@@ -45,6 +45,11 @@ fn run(sweep: &Sweep, store: &Store, jobs: usize) -> Summary {
     msd_study::sweep::run(sweep, store, (0..sweep.len(), jobs), &mut ()).expect("a run")
 }
 
+/// The summary of a sweep that is done, on the processor.
+fn counts(run: usize, skipped: usize, diverged: usize) -> Summary {
+    Summary { run, skipped, diverged, ..Summary::default() }
+}
+
 fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).expect("a folder").flatten();
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
@@ -297,7 +302,7 @@ fn both_formats_hold_the_same_table_and_come_back() {
         let text = format!("{HEAD}format = '{format}'\n[grid]\n{grid}");
         let sweep = open(folder.path(), &text).expect("a sweep");
         let store = Store::of(&sweep, Some(folder.path().join(format)));
-        assert_eq!(run(&sweep, &store, 2), Summary { run: 4, skipped: 0, diverged: 0, left: 0 });
+        assert_eq!(run(&sweep, &store, 2), counts(4, 0, 0));
         let (table, missing) = store.collect(&sweep).expect("a table");
         assert_eq!(missing, 0);
         let path = folder.path().join(format!("table.{format}"));
@@ -315,6 +320,38 @@ fn both_formats_hold_the_same_table_and_come_back() {
     assert_eq!(value("world.gravity"), Datum::Text("[0, -1, 0]".into()));
     assert_eq!(value("rms_error"), Datum::Nothing);
     assert!(value("cpu_seconds").as_number().is_some_and(|cpu| 0.0 < cpu));
+}
+
+#[test]
+fn a_sweep_has_the_columns_that_it_names_in_the_order_of_the_table() {
+    let folder = folder();
+    let grid = "[grid]\n'solver.substeps' = [1, 2]\n";
+    let text = format!("{HEAD}columns = ['state_hash', 'steps', 'kinetic']\n{grid}");
+    let sweep = open(folder.path(), &text).expect("a sweep");
+    let store = Store::of(&sweep, None);
+    assert_eq!(run(&sweep, &store, 1), counts(2, 0, 0));
+    let few = store.collect(&sweep).expect("a table").0;
+    let names: Vec<&str> = few.columns.iter().map(|column| &*column.name).collect();
+    let head = ["cell", "hash", "scene", "solver.substeps"];
+    assert_eq!(names, [&head[..], &["steps", "kinetic", "state_hash"]].concat());
+    // The same cells lack columns of a sweep with more; one with fewer needs no new run.
+    let all = open(folder.path(), &format!("{HEAD}{grid}")).expect("a sweep");
+    assert_eq!(run(&all, &Store::of(&all, None), 1), counts(2, 0, 0));
+    assert_eq!(run(&sweep, &store, 1), counts(0, 2, 0));
+    assert_eq!(store.collect(&sweep).expect("a table").0, few);
+    for (columns, told) in [
+        (
+            "['state_hsh']",
+            "columns[0] is \"state_hsh\"; it must be the name of a measured column, such as \
+             \"state_hash\"",
+        ),
+        ("['steps', 'steps']", "columns[1] is \"steps\"; it must be named once"),
+        ("['cell']", "columns[0] is \"cell\"; it must be the name of a measured column"),
+    ] {
+        let said = refused(&format!("{HEAD}columns = {columns}\n{grid}"));
+        assert!(said.starts_with("sweep.toml:4:12: ") || said.contains(":4:"), "{said}");
+        assert!(said.contains(told), "{said}");
+    }
 }
 
 #[test]
@@ -343,10 +380,10 @@ fn what_is_done_is_not_run_again_and_what_is_broken_is() {
     let store = Store::of(&sweep, None);
     assert_eq!(store.folder(), folder.path().join("sweep"));
     let half = msd_study::sweep::run(&sweep, &store, (1..3, 1), &mut ()).expect("a run");
-    assert_eq!(half, Summary { run: 2, skipped: 0, diverged: 0, left: 0 });
+    assert_eq!(half, counts(2, 0, 0));
     assert_eq!(files(store.folder()).len(), 2);
     assert_eq!(store.collect(&sweep).expect("a table").1, 2);
-    assert_eq!(run(&sweep, &store, 1), Summary { run: 2, skipped: 2, diverged: 0, left: 0 });
+    assert_eq!(run(&sweep, &store, 1), counts(2, 2, 0));
     let before = store.collect(&sweep).expect("a table").0;
     // Torn, empty, and the remains of another run that was killed.
     let cells = [0, 1].map(|number| store.path(&sweep.cell(number).expect("a cell")));
@@ -354,7 +391,7 @@ fn what_is_done_is_not_run_again_and_what_is_broken_is() {
     fs::write(&cells[0], &bytes[..bytes.len() / 2]).expect("a file");
     fs::write(&cells[1], "").expect("a file");
     fs::write(store.folder().join(".msd-abc.part"), "half").expect("a file");
-    assert_eq!(run(&sweep, &store, 1), Summary { run: 2, skipped: 2, diverged: 0, left: 0 });
+    assert_eq!(run(&sweep, &store, 1), counts(2, 2, 0));
     let after = store.collect(&sweep).expect("a table").0;
     assert_eq!(timeless(&before), timeless(&after));
     // A sweep that has grown keeps its cells, under new numbers.
@@ -401,7 +438,7 @@ fn a_cell_that_diverges_is_a_result() {
         'bodies[0].stiffness' = [10, 1e9]";
     let sweep = open(folder.path(), text).expect("a sweep");
     let store = Store::of(&sweep, None);
-    assert_eq!(run(&sweep, &store, 1), Summary { run: 2, skipped: 0, diverged: 1, left: 0 });
+    assert_eq!(run(&sweep, &store, 1), counts(2, 0, 1));
     let table = store.collect(&sweep).expect("a table").0;
     let value = |row: usize, name: &str| table.rows[row][table.place(name).expect(name)].clone();
     assert_eq!(value(0, "outcome"), Datum::Text("finished".into()));

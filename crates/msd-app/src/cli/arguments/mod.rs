@@ -375,6 +375,10 @@ pub struct StudyArguments {
     #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
     #[arg(default_value = "60")]
     pub time: f64,
+    /// Time the settings on a graphics adapter too: the first one (gpu), one by a part of its name,
+    /// or the first one if it computes the same bits (auto)
+    #[arg(long, value_name = "cpu|gpu|auto|NAME", value_parser = device, default_value = "cpu")]
+    pub device: DeviceChoice,
     /// Write the report to this folder [default: SCENE-study]
     #[arg(long, value_name = "FOLDER", help_heading = OUTPUT)]
     pub out: Option<PathBuf>,
@@ -383,7 +387,7 @@ pub struct StudyArguments {
     #[arg(long)]
     pub mesh: bool,
     /// Report the cost and the effect of each model term instead
-    #[arg(long, conflicts_with_all = ["max_error", "time", "out", "fresh", "mesh"])]
+    #[arg(long, conflicts_with_all = ["max_error", "time", "device", "out", "fresh", "mesh"])]
     pub terms: bool,
     /// Start afresh instead of resuming an interrupted study
     #[arg(long)]
@@ -414,12 +418,16 @@ pub struct TuneArguments {
     #[arg(default_value = "1")]
     pub duration: f64,
     /// Choose the spacing of the particles too: errors count from the limit of ever finer meshes
-    #[arg(long, conflicts_with = "budget")]
+    #[arg(long, conflicts_with_all = ["budget", "device"])]
     pub mesh: bool,
     /// Processor time to spend on finer meshes, seconds [default: 60]
     #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
     #[arg(requires = "mesh")]
     pub time: Option<f64>,
+    /// Tune for the processor (cpu), by the time of the first graphics adapter (gpu) or of one by a
+    /// part of its name, or for the cheaper of the two (auto)
+    #[arg(long, value_name = "cpu|gpu|auto|NAME", value_parser = device, default_value = "cpu")]
+    pub device: DeviceChoice,
     /// Write the result into the solver section of the scene file
     #[arg(long, conflicts_with = "set", help_heading = OUTPUT)]
     pub write: bool,
@@ -452,6 +460,10 @@ pub struct SweepArguments {
     #[arg(short, long, value_name = "CORES", default_value = "1", value_parser = cores)]
     #[arg(allow_hyphen_values = true)]
     pub jobs: usize,
+    /// Take the steps on the processor (cpu), the first graphics adapter (gpu), the faster of the
+    /// two (auto) or an adapter by a part of its name: many cells at once, with the same bits
+    #[arg(long, value_name = "cpu|gpu|auto|NAME", value_parser = device, default_value = "cpu")]
+    pub device: DeviceChoice,
     /// Write the files to this folder [default: as in the sweep file, else its name without ending]
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,

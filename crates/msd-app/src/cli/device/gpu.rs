@@ -1,11 +1,12 @@
 //! A graphics adapter that takes the steps of a run, and the list of all.
 
+use super::adapter::{open_adapter, refusal, renew, simulation_of};
 use super::{DeviceSteps, Refusal, Stop};
 use crate::cli::arguments::{DeviceChoice, ListArguments};
 use crate::cli::failure::{Failure, aligned, say, say_json};
-use msd_core::{Settings, Simulation};
+use msd_core::Simulation;
 use msd_film::quietly;
-use msd_gpu::{Device, GpuError, GpuSimulation, Tally, adapters, probe};
+use msd_gpu::{Device, GpuError, GpuSimulation, Tally, adapters};
 use msd_run::Runner;
 use msd_study::quantity::quantity;
 use pollster::block_on;
@@ -40,22 +41,13 @@ pub struct Gpu {
 impl Gpu {
     /// Opens the device of a choice, and checks its bits.
     pub fn open(choice: &DeviceChoice, runner: &Runner) -> Result<Self, Refusal> {
-        let simulation = steppable(runner)?;
-        let name = if let DeviceChoice::Named(name) = choice { name } else { "" };
-        let opened =
-            async { Gpu::on(Device::open(name).await.map_err(refusal)?, simulation).await };
-        quietly(|| block_on(opened))
+        let simulation = simulation_of(runner)?;
+        quietly(|| Gpu::on(open_adapter(choice)?, simulation))
     }
 
-    /// Checks the bits of a device, and prepares it.
-    async fn on(device: Device, simulation: &Simulation<f32>) -> Result<Self, Refusal> {
-        let verdict = probe(&device).await.map_err(refusal)?;
-        let manner = verdict.manner().ok_or_else(|| {
-            let why = format!("{} computes {verdict}", device.name());
-            Refusal::new(why, "use the processor (--device cpu) or another adapter")
-        })?;
-        let (device, verdict) = (device.with_manner(manner), verdict.to_string());
-        let simulation = GpuSimulation::new(&device, simulation).await.map_err(refusal)?;
+    /// Prepares a device with its verdict.
+    fn on((device, verdict): (Device, String), of: &Simulation<f32>) -> Result<Self, Refusal> {
+        let simulation = block_on(GpuSimulation::new(&device, of)).map_err(refusal)?;
         Ok(Gpu { simulation, verdict })
     }
 
@@ -82,7 +74,7 @@ impl Gpu {
         let [mine, its] = [ours, theirs].map(|seconds| quantity(seconds, "s"));
         if theirs < ours {
             // Without the steps of the race.
-            let anew = GpuSimulation::new(self.simulation.device(), steppable(runner)?);
+            let anew = GpuSimulation::new(self.simulation.device(), simulation_of(runner)?);
             self.simulation = block_on(anew).map_err(refusal)?;
             return Ok(format!("{its} per step, {mine} on the processor; {}", self.verdict));
         }
@@ -154,34 +146,6 @@ fn timed<E>(steps: u64, step: impl FnMut(u64) -> Result<(), E>) -> Result<f64, E
     Ok(start.elapsed().as_secs_f64() / steps as f64)
 }
 
-/// The simulation of a run that a device steps with the same bits.
-fn steppable(runner: &Runner) -> Result<&Simulation<f32>, Refusal> {
-    let Runner::F32(simulation, _) = runner else {
-        return Err(Refusal::new("a GPU computes in f32, not in f64", "add --precision f32"));
-    };
-    GpuSimulation::check_supported(simulation).map_err(refusal)?;
-    if runner.gust().is_some() {
-        return Err(refusal(GpuError::Unsupported("gusts of wind".to_owned())));
-    }
-    if runner.is_automatic() {
-        // The processor looks at the energy of each step, which a device does not measure.
-        let (Settings { step, substeps, .. }, frame) = (simulation.settings(), 1.0 / 60.0);
-        let substeps = (f64::from(substeps) * frame / step - 1e-6).ceil();
-        let advice = format!("add --substeps {substeps}, the first choice of --substeps auto");
-        return Err(Refusal::new("a GPU does not choose substeps", &advice));
-    }
-    Ok(simulation)
-}
-
-fn refusal(error: GpuError) -> Refusal {
-    let advice = "run the scene on the processor (--device cpu)";
-    match error {
-        GpuError::Unsupported(what) => Refusal::new(format!("a GPU does not step {what}"), advice),
-        GpuError::NoAdapter(_) => Refusal::new(error, ""),
-        error => Refusal::new(error, advice),
-    }
-}
-
 /// Lists the adapters, each with the verdict on its bits.
 pub fn run_devices(arguments: &ListArguments) -> Result<(), Failure> {
     let rows: Vec<DeviceRow> = quietly(|| block_on(adapters()).iter().map(row).collect());
@@ -199,7 +163,7 @@ pub fn run_devices(arguments: &ListArguments) -> Result<(), Failure> {
 
 fn row(adapter: &wgpu::Adapter) -> DeviceRow {
     let info = adapter.get_info();
-    let checked = block_on(async { probe(&Device::of_adapter(adapter).await?).await });
+    let checked = block_on(Device::of_adapter(adapter)).and_then(|device| renew(&device));
     let (verdict, reason) = match &checked {
         Ok(verdict) if verdict.manner().is_some() => ("same-bits", verdict.to_string()),
         Ok(verdict) => ("differs", verdict.to_string()),
@@ -224,6 +188,7 @@ fn row(adapter: &wgpu::Adapter) -> DeviceRow {
 #[cfg(test)]
 mod tests {
     use super::super::Stepper;
+    use super::super::adapter::judged;
     use super::*;
     use msd_scene::state_hash;
 
@@ -236,9 +201,9 @@ mod tests {
         let loaded = msd_scene::open("jelly").expect("a built-in scene");
         let mut runner = Runner::open(&loaded).expect("a valid scene");
         let mut alone = runner.clone();
-        let gpu =
-            block_on(Gpu::on(device.clone(), steppable(&runner).expect("a scene of springs")));
-        let gpu = gpu.expect("the same bits");
+        let adapter = judged(device.clone()).expect("the same bits");
+        let simulation = simulation_of(&runner).expect("a scene of springs");
+        let gpu = Gpu::on(adapter, simulation).expect("a scene that fits");
         let mut stepper = Stepper::of(Some(gpu));
         let mut advance = |steps| stepper.advance(&mut runner, steps).expect("no failure");
         assert_eq!(advance(3), None);

@@ -1,12 +1,18 @@
-//! `--device`: who takes the steps of a run, the processor or a graphics adapter.
+//! `--device`: who takes the steps of runs, the processor or a graphics adapter.
 
 #[cfg(not(feature = "gpu"))]
 mod absent;
 #[cfg(feature = "gpu")]
+mod adapter;
+#[cfg(feature = "gpu")]
+mod fleet;
+#[cfg(feature = "gpu")]
 mod gpu;
 
 #[cfg(not(feature = "gpu"))]
-pub use absent::{NoGpu as Gpu, run_devices};
+pub use absent::{NoFleet as GpuFleet, NoGpu as Gpu, check_cell, open_for_settings, run_devices};
+#[cfg(feature = "gpu")]
+pub use fleet::{GpuFleet, check_cell, open_for_settings};
 #[cfg(feature = "gpu")]
 pub use gpu::{Gpu, run_devices};
 
@@ -32,7 +38,7 @@ pub struct Refusal {
 }
 
 impl Refusal {
-    fn new(why: impl ToString, advice: &str) -> Self {
+    pub fn new(why: impl ToString, advice: &str) -> Self {
         Refusal { why: why.to_string(), advice: advice.to_owned() }
     }
 
@@ -41,6 +47,27 @@ impl Refusal {
         let Refusal { why, advice } = self;
         let semicolon = if advice.is_empty() { "" } else { "; " };
         Failure::input(format!("{scene}: {why}{semicolon}{advice}"))
+    }
+}
+
+/// Settles who takes the steps, by a function that opens a device and returns a note on it. It
+/// learns whether the choice is `auto`. The processor needs neither; a refusal is an error unless
+/// the choice is `auto`.
+pub fn settle<T>(
+    choice: &DeviceChoice,
+    what: &str,
+    open: impl FnOnce(bool) -> Result<(T, String), Refusal>,
+) -> Result<(Option<T>, Option<String>), Failure> {
+    if *choice == DeviceChoice::Processor {
+        return Ok((None, None));
+    }
+    let is_auto = *choice == DeviceChoice::Auto;
+    match open(is_auto) {
+        Ok((device, note)) => Ok((Some(device), Some(format!("device: {note}")))),
+        Err(refusal) if is_auto => {
+            Ok((None, Some(format!("device: processor, as {}", refusal.why))))
+        }
+        Err(refusal) => Err(refusal.failure(what)),
     }
 }
 
@@ -87,25 +114,13 @@ impl Stepper {
         scene: &str,
         runner: &Runner,
     ) -> Result<(Self, Option<String>), Failure> {
-        if *choice == DeviceChoice::Processor {
-            return Ok((Stepper::of(None), None));
-        }
-        let is_auto = *choice == DeviceChoice::Auto;
-        let chosen = Gpu::open(choice, runner).and_then(|mut gpu| {
+        let (gpu, note) = settle(choice, scene, |is_auto| {
+            let mut gpu = Gpu::open(choice, runner)?;
             let note = if is_auto { gpu.win_race(runner)? } else { gpu.verdict().to_owned() };
+            let note = format!("{}, {note}", gpu.name());
             Ok((gpu, note))
-        });
-        match chosen {
-            Ok((gpu, note)) => {
-                let note = format!("device: {}, {note}", gpu.name());
-                Ok((Stepper::of(Some(gpu)), Some(note)))
-            }
-            Err(refusal) if is_auto => {
-                let note = format!("device: processor, as {}", refusal.why);
-                Ok((Stepper::of(None), Some(note)))
-            }
-            Err(refusal) => Err(refusal.failure(scene)),
-        }
+        })?;
+        Ok((Stepper::of(gpu), note))
     }
 
     fn of(gpu: Option<Gpu>) -> Self {

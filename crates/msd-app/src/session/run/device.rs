@@ -1,6 +1,7 @@
 //! Steps on a graphics device, computed while frames are drawn.
 
-use msd_core::{Error, Settings, Simulation};
+use crate::steppable::steppable;
+use msd_core::{Error, Settings};
 use msd_gpu::{CAN_WAIT, Device, GpuError, GpuSimulation, Outcome, Tally};
 use msd_run::Runner;
 
@@ -145,18 +146,6 @@ impl DeviceRun {
             NextStep::Done(outcome) => self.gpu.take(simulation, &outcome),
             _ => self.gpu.step_on_processor(simulation),
         }
-    }
-}
-
-/// The simulation of a run that a device may step.
-fn steppable(runner: &Runner) -> Result<&Simulation<f32>, GpuError> {
-    let refused = |reason: &str| Err(GpuError::Unsupported(reason.to_owned()));
-    if runner.is_automatic() {
-        return refused("automatic substeps, which depend on the energy of each step");
-    }
-    match runner {
-        Runner::F32(simulation, _) => Ok(simulation),
-        Runner::F64(..) => refused("f64"),
     }
 }
 
