@@ -14,7 +14,7 @@ use crate::contact::{Evaluated, law};
 use crate::elements::{fields, grabs};
 use crate::number::{Real, Vector};
 use crate::obstacles::{ContactLaw, PlaneColumn};
-use crate::pack::{dot, each, zip};
+use crate::pack::{dot, dot_terms, each, zip};
 
 /// The sum of gravity, a uniform force and the drag of the air on a particle, newtons.
 pub fn field<N: Number>([gravity, force]: [[N; 3]; 2], [mass, drag]: [N; 2], v: [N; 3]) -> [N; 3] {
@@ -60,17 +60,11 @@ impl<N: Number> PlaneLaw<N> {
         ContactLaw { restitution: self.restitution, friction: self.friction, loss: self.loss }
     }
 
-    /// The sum of the terms of a gap, metres.
-    fn terms(&self, [x, y, z]: [N; 3]) -> N {
-        let [a, b, c] = self.normal;
-        (a * x).abs() + (b * y).abs() + (c * z).abs()
-    }
-
     /// Returns whether a point is on the surface or inside, up to rounding, and whether it is
     /// inside. If a method `holds` points on a surface after each kick, a point within rounding of
     /// the surface is not inside.
     pub fn is_near_and_inside(&self, x: [N; 3], holds: bool) -> [N::Mask; 2] {
-        let gap = (dot(self.normal, x) - self.offset, self.terms(x));
+        let gap = (dot(self.normal, x) - self.offset, dot_terms(self.normal, x));
         let radius = self.offset.zero();
         [is_near(gap, radius), is_inside(gap, radius, holds)]
     }
@@ -107,7 +101,7 @@ impl<N: Number> PlaneLaw<N> {
             depth: law::depth(self.normal, self.offset, position) + radius,
             position,
             radius,
-            noise: rounding(self.terms(position), radius),
+            noise: rounding(dot_terms(self.normal, position), radius),
             velocity,
             start,
             pull,

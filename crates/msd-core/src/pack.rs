@@ -200,6 +200,12 @@ pub(crate) fn dot<N: Number>(a: [N; 3], b: [N; 3]) -> N {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// The sum of the sizes of its terms, which bounds its rounding.
+#[inline(always)]
+pub(crate) fn dot_terms<N: Number>([a, b, c]: [N; 3], [x, y, z]: [N; 3]) -> N {
+    (a * x).abs() + (b * y).abs() + (c * z).abs()
+}
+
 /// Laws computed for as many as a register holds, against each on its own.
 #[cfg(test)]
 pub(crate) mod lanes {

@@ -74,7 +74,26 @@ pub(crate) fn merge_shares<W: Split, O: Send>(
     merge(low, high)
 }
 
-/// The same in turn: `run` gets the numbers of each part.
+/// Works on every part of a column, each with an item of its own; part k starts at `cut(k)`.
+pub(crate) fn for_each_part<W: Split, T: Send>(
+    work: W,
+    (first, items): (usize, &mut [T]),
+    cut: &(impl Fn(usize) -> usize + Sync),
+    run: &(impl Fn(usize, W, &mut T) + Sync),
+) {
+    if let [item] = items {
+        return run(first, work, item);
+    }
+    let half = items.len() / 2;
+    let (low, high) = work.split(cut(first + half) - cut(first));
+    let (low_items, items) = items.split_at_mut(half);
+    join(
+        || for_each_part(low, (first, low_items), cut, run),
+        || for_each_part(high, (first + half, items), cut, run),
+    );
+}
+
+/// The merge of [`merge_shares`] in turn: `run` gets the numbers of each part.
 pub(crate) fn merge_in_turn<O>(
     numbers: Range<usize>,
     run: &mut impl FnMut(Range<usize>) -> O,
@@ -109,8 +128,13 @@ pub(crate) fn enter<A: Send>(is_shared: bool, run: impl FnOnce() -> A + Send) ->
 
 /// Whether there are threads to share work with.
 pub(crate) fn are_several() -> bool {
+    1 < count()
+}
+
+/// The number of threads that share work.
+pub(crate) fn count() -> usize {
     #[cfg(feature = "parallel")]
-    return 1 < rayon::current_num_threads();
+    return rayon::current_num_threads();
     #[cfg(not(feature = "parallel"))]
-    false
+    1
 }

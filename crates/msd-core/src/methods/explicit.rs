@@ -9,7 +9,7 @@
 
 use super::StepContext;
 use super::context::{Pass, Scratch, Way};
-use crate::columns::threads::{are_several, for_each_share};
+use crate::columns::threads::for_each_share;
 use crate::contact::after_kick::{Drift, Kick};
 use crate::contact::{Contacts, Evaluated};
 use crate::elements::Force;
@@ -58,17 +58,12 @@ pub(crate) fn symplectic_euler<R: Real>(step: &mut StepContext<'_, R>) {
 }
 
 /// Whether one sweep does all of a substep but contact: where springs and fields without drag are
-/// all that acts before it, and one thread does it.
+/// all that acts before it.
 fn is_fused<R: Real>(model: &Model<R>) -> bool {
     let [_, inner @ ..] = model.inner();
     let [_, single @ ..] = model.single();
     let is_bare = inner.iter().chain(&single).chain(&model.other()).all(|kind| kind.count() == 0);
-    let is_shared = model.springs.is_shared() && are_several();
-    is_bare
-        && !is_shared
-        && !model.fields.is_damped()
-        && !model.do_bodies_meet()
-        && model.springs.can_move()
+    is_bare && !model.fields.is_damped() && !model.do_bodies_meet() && model.springs.can_move()
 }
 
 /// A substep in one sweep, by [`crate::elements::springs::fused`]; returns the power dissipated.

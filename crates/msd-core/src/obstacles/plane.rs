@@ -2,6 +2,7 @@
 
 use super::{ContactLaw, Obstacle};
 use crate::number::{Real, Vector};
+use crate::pack::dot_terms;
 use crate::scene::{Friction, Plane};
 
 /// A plane as a step reads it: its normal has length one.
@@ -44,9 +45,8 @@ impl<R: Real> PlaneColumn<R> {
 
     /// As [`Obstacle::terms`].
     #[inline(always)]
-    pub(crate) fn terms_of(&self, [x, y, z]: [R; 3]) -> R {
-        let [a, b, c] = self.normal.components();
-        (a * x).abs() + (b * y).abs() + (c * z).abs()
+    pub(crate) fn terms_of(&self, position: [R; 3]) -> R {
+        dot_terms(self.normal.components(), position)
     }
 
     /// Fraction of the normal speed returned, 0 to 1.

@@ -1,4 +1,4 @@
-//! Substeps in one sweep have the bits of substeps in passes.
+//! Substeps in one sweep have the bits of substeps in passes, on any number of threads.
 
 use crate::common::state_bits;
 use msd_core::glam::{DMat3, DVec3};
@@ -34,22 +34,41 @@ impl<R: Real> Method<R> for Passes {
 fn check<R: Real>(scene: &Scene, cut: usize) {
     let integrator = Integrator::SymplecticEuler;
     let settings = Settings { integrator, step: 0.01, substeps: 3, ..Settings::default() };
-    let mut passes = Simulation::<R>::new(scene, settings).expect("a valid scene");
-    passes.queue(Interaction::Cut { spring: cut }).expect("a spring");
+    let mut simulation = Simulation::<R>::new(scene, settings).expect("a valid scene");
+    simulation.queue(Interaction::Cut { spring: cut }).expect("a spring");
     for instructions in Instructions::ALL.into_iter().filter(|&set| set <= Instructions::best()) {
-        let mut passes = passes.clone();
-        let mut fused = passes.clone();
+        let mut passes = simulation.clone();
         passes.set_method(Passes);
-        fused.set_instructions(instructions);
-        for _ in 0..4 {
-            passes.step().expect("soft");
-            fused.step().expect("soft");
+        let is_best = instructions == Instructions::best();
+        let numbers = if is_best { &THREADS[..] } else { &THREADS[..THREADS.len().min(2)] };
+        let mut fused: Vec<_> = numbers.iter().map(|&count| (count, simulation.clone())).collect();
+        for (threads, fused) in &mut fused {
+            fused.set_instructions(instructions);
+            on_threads(*threads, || (0..4).for_each(|_| fused.step().expect("soft")));
         }
-        let what = (scene.particles.len(), instructions.name());
-        assert!(state_bits(&fused.state()) == state_bits(&passes.state()), "{what:?}");
-        assert_eq!(fused.energy(), passes.energy(), "{what:?}");
-        assert_eq!(fused.given().to_bits(), passes.given().to_bits(), "{what:?}");
+        (0..4).for_each(|_| passes.step().expect("soft"));
+        for (threads, fused) in fused {
+            let what = (scene.particles.len(), instructions.name(), threads);
+            assert!(state_bits(&fused.state()) == state_bits(&passes.state()), "{what:?}");
+            assert_eq!(fused.energy(), passes.energy(), "{what:?}");
+            assert_eq!(fused.given().to_bits(), passes.given().to_bits(), "{what:?}");
+        }
     }
+}
+
+#[cfg(feature = "parallel")]
+const THREADS: [usize; 4] = [1, 2, 3, 7];
+#[cfg(not(feature = "parallel"))]
+const THREADS: [usize; 1] = [1];
+
+#[cfg(feature = "parallel")]
+fn on_threads(threads: usize, run: impl FnOnce() + Send) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.expect("threads").install(run);
+}
+#[cfg(not(feature = "parallel"))]
+fn on_threads(_: usize, run: impl FnOnce() + Send) {
+    run();
 }
 
 fn lattice(size: [usize; 3], damping: f64) -> Scene {
@@ -78,7 +97,12 @@ fn furnish(scene: &mut Scene) {
 
 #[test]
 fn lattices_in_parts_move_with_the_bits_of_passes() {
-    for (size, damping) in [([61, 17, 15], 0.4), ([170, 171, 1], 0.4), ([170, 171, 1], 0.0)] {
+    // Of two and four parts, and of two of which the first is shorter than springs reach.
+    let long = [11, 12, 150];
+    let wide = [170, 171, 1];
+    for (size, damping) in
+        [([61, 17, 15], 0.4), (wide, 0.4), (wide, 0.0), (long, 0.4), ([36; 3], 0.1)]
+    {
         let mut scene = lattice(size, damping);
         assert!(100_000 < scene.springs.len(), "one part");
         check::<f32>(&scene, 7);
@@ -89,14 +113,30 @@ fn lattices_in_parts_move_with_the_bits_of_passes() {
 }
 
 #[test]
+fn large_bodies_beside_small_ones_move_with_the_bits_of_passes() {
+    let mut scene = lattice([9, 8, 7], 0.4);
+    for size in [[170, 171, 1], [5, 4, 3], [11, 12, 150], [90, 90, 1], [6, 6, 6], [30, 30, 20]] {
+        add(&mut scene, size);
+    }
+    check::<f32>(&scene, 0);
+    furnish(&mut scene);
+    check::<f64>(&scene, 99);
+}
+
+/// Adds a lattice beside the others.
+fn add(scene: &mut Scene, size: [usize; 3]) {
+    let mut other = lattice(size, 0.1);
+    other.particles.iter_mut().for_each(|particle| particle.position.x += 40.0);
+    let body = other.bodies.remove(0);
+    let (particles, springs) = (other.particles, other.springs);
+    scene.add(&body.name, Part { particles, springs, ..Default::default() });
+}
+
+#[test]
 fn several_bodies_move_with_the_bits_of_passes() {
     let mut scene = lattice([9, 8, 7], 0.4);
     for size in [[40, 30, 1], [2, 2, 2], [1, 2, 1], [5, 3, 40], [70, 1, 1]] {
-        let mut other = lattice(size, 0.1);
-        other.particles.iter_mut().for_each(|particle| particle.position.x += 40.0);
-        let body = other.bodies.remove(0);
-        let (particles, springs) = (other.particles, other.springs);
-        scene.add(&body.name, Part { particles, springs, ..Default::default() });
+        add(&mut scene, size);
     }
     check::<f32>(&scene, 0);
     furnish(&mut scene);

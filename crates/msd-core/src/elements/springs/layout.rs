@@ -153,7 +153,7 @@ const FAMILY: usize = 8;
 /// and the distance of the prefetch, records.
 const MANY: usize = 8;
 const WIDE: usize = 512;
-const AHEAD: usize = 4;
+pub(crate) const AHEAD: usize = 4;
 
 /// Extras of a block of segments: at most one in so many springs, as they are evaluated one by one.
 const MOST_EXTRAS: usize = 20;

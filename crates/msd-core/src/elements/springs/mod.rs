@@ -365,7 +365,7 @@ impl<R: Real> Force<R> for Springs<R> {
         let input = Input { layout, values, positions, velocities };
         let (level, damped) = (moment.level, self.is_damped());
         let sweep = Sweep { springs: self, level, damped, input };
-        let SpringWork { power, groups: work } = &mut work.springs;
+        let SpringWork { power, groups: work, .. } = &mut work.springs;
         let sums = (&mut *forces, &mut **power);
         let groups = &layout.groups[..];
         sweep.add_groups(Share { groups, work, first: 0, forces: sums.0, power: sums.1 });

@@ -19,6 +19,8 @@ pub(crate) struct SpringWork<R: Real> {
     pub(super) power: Aligned<R>,
     /// For each group of pieces.
     pub(super) groups: Vec<GroupWork<R>>,
+    /// Forces between the parts of a block in the sweep that moves: see [`super::fused`].
+    pub(super) later: Aligned<R>,
 }
 
 /// Scratch of the evaluation of a group of pieces; see [`Sums`].
@@ -26,7 +28,7 @@ pub(crate) struct SpringWork<R: Real> {
 pub(super) struct GroupWork<R: Real> {
     pub(super) ahead: Aligned<R>,
     pub(super) burnt: Aligned<R>,
-    pub(super) later: Aligned<R>,
+    later: Aligned<R>,
     points: Aligned<R>,
 }
 
@@ -43,6 +45,7 @@ impl<R: Real> SpringWork<R> {
         SpringWork {
             power: Aligned::new(records * LANES, 5),
             groups: layout.groups.iter().map(group).collect(),
+            later: Aligned::new(springs.later_numbers(), 11),
         }
     }
 }

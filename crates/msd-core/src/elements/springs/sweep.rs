@@ -51,8 +51,9 @@ pub(super) fn laws<S: Simd, R: Real>(
 
 /// The motion that the springs of a step see: that of all of the band, and of a part of its record.
 pub(super) struct StepMotion<'a, S: Simd, R: Real> {
-    /// Positions and velocities.
+    /// Positions and velocities from the number `first` of the band on.
     pub(super) columns: [&'a [R]; 2],
+    pub(super) first: usize,
     pub(super) here: [[Pack<S, R>; 3]; 2],
     pub(super) part: usize,
 }
@@ -63,14 +64,22 @@ pub(super) struct StepSums<S: Simd, R: Real> {
     pub(super) heat: Pack<S, R>,
 }
 
-/// The forces on the other ends of a step's springs, counted in the band.
+/// The forces on the other ends of a step's springs, by their numbers in the band.
 pub(super) struct Ends<'a, R> {
-    /// The forces of a piece, from the number `first` on.
+    /// The forces from the number `first` on.
     pub(super) forces: &'a mut [R],
     pub(super) first: usize,
-    /// Those of later parts, from the number `end` on.
+    /// Those on later parts, which start at the number `end`; that of number `behind` comes first.
     pub(super) later: &'a mut [R],
+    pub(super) behind: usize,
     pub(super) end: usize,
+}
+
+/// The rows of a step whose other ends are at a number of the band or behind it, and its others.
+#[inline(always)]
+pub(super) fn split_rows(rows: &[Row], at: usize) -> (&[Row], &[Row]) {
+    // The farthest come first.
+    rows.split_at(rows.iter().take_while(|row| at <= row.other as usize).count())
 }
 
 /// Adds the springs of the rows of a step to their other ends and to its sums.
@@ -80,16 +89,16 @@ pub(super) fn add_rows<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
     (rows, table): (&[Row], &[R]),
     motions: &StepMotion<'_, S, R>,
     sums: &mut StepSums<S, R>,
-    ends: &mut Ends<'_, R>,
+    ends: Ends<'_, R>,
 ) {
-    let StepMotion { columns: [x, v], here, part } = *motions;
+    let StepMotion { columns: [x, v], first, here, part } = *motions;
     for row in rows {
         let other = row.other as usize;
-        let there = motion::<S, R, DAMPED>(simd, x, v, other, part);
+        let there = motion::<S, R, DAMPED>(simd, x, v, other - first, part);
         let (law, is_there) = laws(simd, table, row, part);
         let (pull, burns) = pull::<_, DAMPED>(here, there, law, is_there);
         let to = if PART && ends.end <= other {
-            &mut ends.later[other - ends.end..]
+            &mut ends.later[other - ends.behind..]
         } else {
             &mut ends.forces[other - ends.first..]
         };
@@ -155,15 +164,15 @@ pub(super) fn add_segments<S: Simd, R: Real, const DAMPED: bool, const PART: boo
         }
         for part in (0..LANES).step_by(lanes) {
             let here = motion::<S, R, DAMPED>(simd, x, v, at, part);
-            let motions = StepMotion { columns: [x, v], here, part };
+            let motions = StepMotion { columns: [x, v], first: 0, here, part };
             let from = carry / 3 + carry % 3 + part;
             let mut sums = StepSums {
                 pull: load(simd, &ahead[carry..], part),
                 heat: Pack::from_slice(simd, &burnt[from..from + lanes]),
             };
-            let mut ends = Ends { forces: &mut *f, first, later: &mut *later, end };
+            let ends = Ends { forces: &mut *f, first, later: &mut *later, behind: end, end };
             let rows = (&rows[start..next], table);
-            add_rows::<_, _, DAMPED, PART>(simd, rows, &motions, &mut sums, &mut ends);
+            add_rows::<_, _, DAMPED, PART>(simd, rows, &motions, &mut sums, ends);
             let StepSums { pull: sum, heat } = sums;
             if number < halo {
                 store(sum, &mut ahead[(1 + number) * RECORD..], part);
