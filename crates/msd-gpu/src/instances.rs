@@ -117,13 +117,17 @@ pub struct Outcome {
 
 impl Outcome {
     /// Puts the state after the steps, if there are any, into their simulation. A device measures
-    /// neither the dissipated energy nor contacts, and particles may have touched any plane.
+    /// neither the dissipated energy, nor that which moving pins drive in, nor contacts. Particles
+    /// may have touched any plane.
     pub(crate) fn put_into(&self, simulation: &mut Simulation<f32>) -> Result<(), Error> {
         if self.steps == 0 {
             return Ok(());
         }
         simulation.set_state(&self.state, simulation.steps() + self.steps)?;
-        simulation.set_ledger(Ledger::of(f64::NAN));
+        let moves = |(&w, &v): (&f32, &Vec3A)| w == 0.0 && v != Vec3A::ZERO;
+        let mut pins = simulation.model().inverse_masses().iter().zip(&self.state.velocities);
+        let given = if pins.any(moves) { f64::NAN } else { simulation.ledger().given() };
+        simulation.set_ledger(Ledger::of(f64::NAN).with_given(given));
         let has_planes = !simulation.model().planes().is_empty();
         simulation.set_touched(has_planes);
         Ok(())

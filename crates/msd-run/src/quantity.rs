@@ -90,7 +90,8 @@ pub struct EnergyReport {
     pub gravitational: f64,
     /// Dissipated since the start; NaN after steps of a graphics device, which does not measure it.
     pub dissipated: f64,
-    /// Supplied since the start by moving solids, wind and user-defined elements.
+    /// Supplied since the start by moving solids and pins, wind and user-defined elements; NaN
+    /// after steps of a graphics device with moving pins.
     pub supplied: f64,
     /// [`Energy::total`].
     pub total: f64,

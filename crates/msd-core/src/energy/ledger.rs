@@ -38,6 +38,11 @@ impl Ledger {
         Ledger { counted, ..Ledger::default() }
     }
 
+    /// The same with this much energy driven in, joules.
+    pub fn with_given(self, given: f64) -> Self {
+        Ledger { given, ..self }
+    }
+
     /// Energy dissipated, joules.
     pub fn dissipated(&self) -> f64 {
         self.counted + self.given

@@ -97,6 +97,19 @@ fn pins_that_move_drag_and_a_uniform_force_have_the_bits_of_the_processor() {
 }
 
 #[test]
+fn what_pins_that_move_drive_in_is_not_measured() {
+    let Some(device) = device() else { return };
+    for (velocity, is_measured) in [(DVec3::X, false), (DVec3::ZERO, true)] {
+        let scene = Scene { pins: vec![Pin { particle: 0, velocity }], ..block() };
+        let mut simulation = start(&scene, Integrator::VelocityVerlet);
+        prepared(&device, &simulation).advance(&mut simulation, 3).expect("a run");
+        let supplied = simulation.energy().supplied;
+        assert_eq!(supplied == 0.0, is_measured, "{supplied}");
+        assert_eq!(supplied.is_nan(), !is_measured, "{supplied}");
+    }
+}
+
+#[test]
 fn input_acts_at_the_same_steps_with_the_same_bits() {
     let Some(device) = device() else { return };
     let scene = Scene { planes: vec![floor(0.3, Friction::Coulomb(0.2))], ..block() };
