@@ -124,7 +124,8 @@ impl DeviceRun {
         Ok(!matches!(self.step, NextStep::Begun))
     }
 
-    /// Waits for the step under way, if there is one and a program can wait; returns whether it did.
+    /// Waits for the step under way, if there is one and a program can wait; returns whether it
+    /// did.
     fn wait(&mut self) -> Result<bool, GpuError> {
         let waits = CAN_WAIT && matches!(self.step, NextStep::Begun);
         if waits {
