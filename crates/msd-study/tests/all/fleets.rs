@@ -265,7 +265,7 @@ fn a_study_has_the_costs_of_a_device_and_says_where_it_failed() {
         assert_eq!(is_timed, trial.errors.is_some() && is_taken(trial.choice));
     }
     let front = studied.front_on_device();
-    assert!(0 < front.len() && front.is_sorted_by(|a, b| a.1 <= b.1), "{front:?}");
+    assert!(!front.is_empty() && front.is_sorted_by(|a, b| a.1 <= b.1), "{front:?}");
     let errors = front.iter().map(|&(row, _)| trials[row].error());
     assert!(errors.is_sorted_by(|a, b| b <= a), "cheaper is less accurate");
     assert!(studied.words.contains(" On mirror the cheapest is "), "{}", studied.words);
