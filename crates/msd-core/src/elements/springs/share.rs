@@ -45,7 +45,7 @@ impl<R: Real> SpringWork<R> {
         SpringWork {
             power: Aligned::new(records * LANES, 5),
             groups: layout.groups.iter().map(group).collect(),
-            later: Aligned::new(springs.later_numbers(), 11),
+            later: springs.later(),
         }
     }
 }

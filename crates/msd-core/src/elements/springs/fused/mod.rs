@@ -20,7 +20,7 @@ use super::Springs;
 use super::layout::{Band, Layout, Piece};
 use super::share::{GroupWork, SpringWork, sum, sums};
 use crate::columns::threads::{self, for_each_part, merge_in_turn, merge_shares};
-use crate::columns::{LANES, RECORD};
+use crate::columns::{Aligned, LANES, RECORD};
 use crate::elements::fields::Fields;
 use crate::number::{Real, at_level};
 use columns::{Reached, Swept};
@@ -51,14 +51,14 @@ impl<R: Real> Springs<R> {
     /// blocks that are long enough for two shares.
     pub(crate) fn can_move(&self) -> bool {
         let Layout { bands, pieces, extras, .. } = &self.layout;
-        let are_several = threads::are_several();
         let is_ordered = |pair: &[Piece]| {
             let [piece, next] = [&pair[0], &pair[1]];
             if piece.band != next.band {
                 return true;
             }
             let Band { halo, reach, numbers, .. } = &bands[piece.band];
-            if are_several && numbers.len() < (1 + 2 * reach) * RECORD {
+            // Who asks for threads starts them: only large blocks do.
+            if numbers.len() < (1 + 2 * reach) * RECORD && threads::are_several() {
                 return false;
             }
             // The halo is in the first part, which may be short.
@@ -69,10 +69,14 @@ impl<R: Real> Springs<R> {
             && pieces.windows(2).all(is_ordered)
     }
 
-    /// The most numbers that are kept of the forces between parts of a band: see [`Reached`].
-    pub(super) fn later_numbers(&self) -> usize {
+    /// Zeros for the forces between parts of any band: see [`Reached`].
+    pub(super) fn later(&self) -> Aligned<R> {
         let bands = (0..self.layout.bands.len()).map(|band| self.layout.reached(band));
-        bands.map(|reached| reached.numbers * (reached.pieces.len() - 1)).max().unwrap_or(0)
+        let numbers = bands.map(|reached| reached.numbers * (reached.pieces.len() - 1)).max();
+        match numbers {
+            None | Some(0) => Aligned::default(),
+            Some(numbers) => Aligned::new(numbers, 11),
+        }
     }
 
     /// Overwrites forces with those of fields and springs, and moves all particles by a kick and a
@@ -154,8 +158,6 @@ impl<R: Real> Mover<'_, R> {
             if numbers.contains(&start) {
                 // No step writes the power of the record in front of the first.
                 columns.power[(start - numbers.start) / 3..][..LANES].fill(R::ZERO);
-                let (motion, mut sums) = columns.halves();
-                self.add_border(front, 0, motion, (&mut sums, [ahead, burnt]));
             }
             let last = numbers.end.min(end);
             self.move_to(front, last - start, (&mut columns, [ahead, burnt]));
@@ -220,6 +222,10 @@ impl<R: Real> Mover<'_, R> {
         };
         // See above.
         columns.power[..LANES].fill(R::ZERO);
+        if let [GroupWork { ahead, burnt, .. }] = work {
+            let front = &mut self.front(band, 0);
+            return self.move_to(front, numbers.len(), (&mut columns, [ahead, burnt]));
+        }
         let (motion, sums) = columns.halves();
         for_each_part(sums, (0, &mut *work), &cut, &|share, mut columns, work| {
             let GroupWork { ahead, burnt, .. } = work;
@@ -254,8 +260,14 @@ impl<R: Real> Mover<'_, R> {
         Front { band, piece, step, row }
     }
 
-    /// Takes all steps in front of `end`, piece by piece, those apart that other parts concern.
-    fn take(&self, front: &mut Front, end: usize, mut take: impl FnMut(Run<'_>) -> usize) {
+    /// Takes all steps in front of `end`, piece by piece, those apart that concern other parts, and
+    /// those from `border` on, whose rows end behind the share.
+    fn take(
+        &self,
+        front: &mut Front,
+        [border, end]: [usize; 2],
+        mut take: impl FnMut(Run<'_>) -> usize,
+    ) {
         let Layout { bands, pieces, .. } = &self.springs.layout;
         while front.step < end {
             let piece = &pieces[front.piece];
@@ -263,9 +275,11 @@ impl<R: Real> Mover<'_, R> {
             let last = piece.first + piece.steps.len();
             let got = if piece.first == 0 { 0 } else { piece.first + band.reach };
             let given = (piece.numbers.end - band.numbers.start) / RECORD - 1;
-            let next = [got, given, last].into_iter().filter(|&next| front.step < next).min();
+            let nexts = [got, given, border, last].into_iter();
+            let next = nexts.filter(|&next| front.step < next).min();
             let steps = front.step..next.unwrap_or(last).min(end);
-            let is_alone = !piece.is_part || got <= steps.start && steps.end <= given;
+            let is_inside = got <= steps.start && steps.end <= given.min(border);
+            let is_alone = !piece.is_part || is_inside;
             front.step = steps.end;
             front.row = take(Run { band, piece, steps, row: front.row, is_alone });
             front.piece += usize::from(front.step == last);
@@ -282,7 +296,7 @@ impl<R: Real> Mover<'_, R> {
         (columns, [ahead, burnt]): (&mut Swept<'_, R>, [&mut [R]; 2]),
     ) {
         let halo = self.springs.layout.bands[front.band].halo.unwrap_or(0);
-        self.take(front, record + halo, |run| {
+        self.take(front, [usize::MAX, record + halo], |run| {
             let sums = (&mut *columns, [&mut *ahead, &mut *burnt]);
             let level = self.level;
             match (self.springs.is_damped(), !run.is_alone) {
@@ -307,24 +321,26 @@ impl<R: Real> Mover<'_, R> {
         &self,
         front: &mut Front,
         end: usize,
-        (columns, [ahead, burnt]): (&mut Swept<'_, R>, [&[R]; 2]),
+        (columns, [ahead, burnt]): (&mut Swept<'_, R>, [&mut [R]; 2]),
     ) {
-        let halo = self.springs.layout.bands[front.band].halo.unwrap_or(0);
-        self.take(front, halo + end / RECORD - 1, |run| {
-            let kept = [ahead, burnt];
+        let Band { numbers, halo, .. } = &self.springs.layout.bands[front.band];
+        let behind = columns.first - numbers.start + columns.forces.len();
+        let border = if behind < numbers.len() { behind / RECORD - 1 } else { usize::MAX };
+        self.take(front, [border, halo.unwrap_or(0) + end / RECORD - 1], |run| {
+            let sums = (&mut *columns, [&mut *ahead, &mut *burnt]);
             let level = self.level;
             match (self.springs.is_damped(), !run.is_alone) {
                 (true, true) => at_level!(level, simd => {
-                    move_steps::<_, R, true, true>(simd, self, run, columns, kept)
+                    move_steps::<_, R, true, true>(simd, self, run, sums)
                 }),
                 (true, false) => at_level!(level, simd => {
-                    move_steps::<_, R, true, false>(simd, self, run, columns, kept)
+                    move_steps::<_, R, true, false>(simd, self, run, sums)
                 }),
                 (false, true) => at_level!(level, simd => {
-                    move_steps::<_, R, false, true>(simd, self, run, columns, kept)
+                    move_steps::<_, R, false, true>(simd, self, run, sums)
                 }),
                 (false, false) => at_level!(level, simd => {
-                    move_steps::<_, R, false, false>(simd, self, run, columns, kept)
+                    move_steps::<_, R, false, false>(simd, self, run, sums)
                 }),
             }
         });

@@ -4,7 +4,7 @@ use super::columns::Swept;
 use crate::columns::{LANES, RECORD, load, store};
 use crate::elements::fields::Fields;
 use crate::elements::springs::Springs;
-use crate::elements::springs::layout::{AHEAD, Band, Piece};
+use crate::elements::springs::layout::{AHEAD, Band, Piece, Row};
 use crate::elements::springs::sweep::{
     Ends, StepMotion, StepSums, add_rows, fetch, is_far, motion, split_rows,
 };
@@ -34,7 +34,7 @@ pub(super) struct Run<'a> {
     pub(super) piece: &'a Piece,
     pub(super) steps: Range<usize>,
     pub(super) row: usize,
-    /// Whether they neither give forces to other parts nor move records that get some.
+    /// Whether they neither give forces to other parts and shares nor move records that get some.
     pub(super) is_alone: bool,
 }
 
@@ -76,6 +76,22 @@ impl RunPlaces {
             _ => start_for(start)..start + reached.numbers - band,
         };
         RunPlaces { first: first - band, before, end: end - band, behind: start_for(end) }
+    }
+
+    /// Adds the force of the part before on a part of the record at a number, if there is one.
+    #[inline(always)]
+    fn add_before<S: Simd, R: Real>(
+        &self,
+        simd: S,
+        (at, part): (usize, usize),
+        later: &[R],
+        force: [Pack<S, R>; 3],
+    ) -> [Pack<S, R>; 3] {
+        if self.before.end <= at {
+            return force;
+        }
+        let more = load(simd, &later[at - self.before.start..], part);
+        zip(force, more, |f, more| f + more)
     }
 }
 
@@ -169,11 +185,22 @@ pub(super) fn add_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
             let ends = places.ends(&mut *f, &mut *later);
             let rows = (rows, &**values);
             add_rows::<_, _, DAMPED, PART>(simd, rows, &motions, &mut sums, ends);
-            store(sums.pull, &mut ahead[to..], part);
-            sums.heat.store_slice(&mut burnt[to / 3 + part..][..lanes]);
+            keep(sums, [ahead, burnt], to, part);
         }
     }
     row
+}
+
+/// Keeps sums at a number.
+#[inline(always)]
+fn keep<S: Simd, R: Real>(
+    sums: StepSums<S, R>,
+    [ahead, burnt]: [&mut [R]; 2],
+    at: usize,
+    part: usize,
+) {
+    store(sums.pull, &mut ahead[at..], part);
+    sums.heat.store_slice(&mut burnt[at / 3 + part..][..Pack::<S, R>::LEN]);
 }
 
 /// The sums that are kept at a number.
@@ -191,14 +218,14 @@ fn kept_sums<S: Simd, R: Real>(
     }
 }
 
-/// Takes some steps and moves their records; returns the row behind their last.
+/// Takes some steps and moves their records, but keeps the sums of the halo; returns the row behind
+/// their last.
 #[inline(always)]
 pub(super) fn move_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
     simd: S,
     mover: &Mover<'_, R>,
     run: Run<'_>,
-    columns: &mut Swept<'_, R>,
-    kept: [&[R]; 2],
+    (columns, [ahead, burnt]): (&mut Swept<'_, R>, [&mut [R]; 2]),
 ) -> usize {
     let lanes = Pack::<S, R>::LEN;
     let Springs { layout, values, .. } = mover.springs;
@@ -206,7 +233,7 @@ pub(super) fn move_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>
     let Run { band, steps, mut row, .. } = run;
     let (first, end) = (places.first, places.first + columns.forces.len());
     let is_last = end == band.numbers.len();
-    let power_first = columns.power_first;
+    let (halo, power_first) = (band.halo.unwrap_or(0), columns.power_first);
     let (x, v) = (&mut *columns.positions, &mut *columns.velocities);
     let (f, later, power) = (&mut *columns.forces, &mut *columns.later, &mut *columns.power);
     let inverse_masses = &mover.inverse_masses[band.numbers.clone()];
@@ -217,16 +244,12 @@ pub(super) fn move_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>
         let (at, far) = (step.at as usize, (1 + number) * RECORD);
         let rows = &layout.rows[row..][..step.rows as usize];
         row += rows.len();
-        // The rows that end behind the share are done. Those of the last share are of the halo, and
-        // the next lane; where a block is in parts their sums come last.
-        let (mut rows, mut carry) = (rows, 0);
-        let is_late = PART && is_last && end <= far;
         if far < end {
             mover.start::<_, PART>(simd, (masses, far), &places, (&mut *f, &mut *later));
-        } else if !is_last {
-            (rows, carry) = (split_rows(rows, end).1, far - end + RECORD);
-        } else if !PART {
-            carry = far - end + RECORD + 1;
+        }
+        let (mut rows, mut carry, mut late) = (rows, step.carry as usize, None);
+        if PART && end <= far {
+            (rows, carry, late) = behind_share(rows, [end, far], is_last);
         }
         fetches.next((band, number), first, [&*x, &*v, &*f]);
         if fetches.streams {
@@ -235,19 +258,22 @@ pub(super) fn move_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>
         }
         let here_at = at - first;
         for part in (0..LANES).step_by(lanes) {
-            let mut sums = kept_sums(simd, kept, carry, part);
+            let mut sums = kept_sums(simd, [&*ahead, &*burnt], carry, part);
             let here = motion::<S, R, DAMPED>(simd, x, v, here_at, part);
             let motions = StepMotion { columns: [&*x, &*v], first, here, part };
             let (rows, ends) = ((rows, &**values), places.ends(&mut *f, &mut *later));
             add_rows::<_, _, DAMPED, PART>(simd, rows, &motions, &mut sums, ends);
+            if number < halo {
+                keep(sums, [&mut *ahead, &mut *burnt], far, part);
+                continue;
+            }
             let StepSums { pull, mut heat } = sums;
             let mut force = zip(load(simd, &f[here_at..], part), pull, |f, s| f + s);
-            if PART && at < places.before.end {
-                let more = load(simd, &later[at - places.before.start..], part);
-                force = zip(force, more, |f, more| f + more);
+            if PART {
+                force = places.add_before(simd, (at, part), later, force);
             }
-            if is_late {
-                let more = kept_sums(simd, kept, far - end + RECORD + 1, part);
+            if PART && let Some(late) = late {
+                let more = kept_sums(simd, [&*ahead, &*burnt], late, part);
                 force = zip(force, more.pull, |f, more| f + more);
                 heat = heat + more.heat;
             }
@@ -257,10 +283,40 @@ pub(super) fn move_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>
                 heat.store_slice(&mut power[to..][..lanes]);
             }
             let kick = Pack::from_slice(simd, &inverse_masses[at + part..][..lanes]) * h;
-            let velocity = zip(load(simd, &v[here_at..], part), force, |v, f| v + f * kick);
-            store(velocity, &mut v[here_at..], part);
-            store(zip(here[0], velocity, |x, v| x + v * h), &mut x[here_at..], part);
+            let to = [&mut x[here_at..], &mut v[here_at..]];
+            move_by(simd, to, [here[0], force], [kick, h], part);
         }
     }
     row
+}
+
+/// The rows of a step that reaches behind a share which are left, and where the sums are kept that
+/// it carries on, and those that come last. In a block in parts the sums of the halo come last.
+#[inline(always)]
+fn behind_share(
+    rows: &[Row],
+    [end, far]: [usize; 2],
+    is_last: bool,
+) -> (&[Row], usize, Option<usize>) {
+    let kept = far - end + RECORD;
+    if is_last {
+        // Seen from the next lane.
+        return (rows, 0, Some(kept + 1));
+    }
+    (split_rows(rows, end).1, kept, None)
+}
+
+/// Moves a part of a record by a kick of a force and a drift of `h` seconds.
+#[inline(always)]
+fn move_by<S: Simd, R: Real>(
+    simd: S,
+    [x, v]: [&mut [R]; 2],
+    [position, force]: [[Pack<S, R>; 3]; 2],
+    [kick, h]: [Pack<S, R>; 2],
+    part: usize,
+) {
+    let before = load(simd, v, part);
+    let velocity = zip(before, force, |v, f| v + f * kick);
+    store(velocity, v, part);
+    store(zip(position, velocity, |x, v| x + v * h), x, part);
 }
