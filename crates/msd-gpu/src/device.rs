@@ -309,7 +309,7 @@ impl Device {
         Ok(done)
     }
 
-    /// Does something, and returns the future answer of the device.
+    /// Runs `act`; returns its result, and a future that reports whether the device refused it.
     pub(crate) fn attempt<T>(
         &self,
         act: impl FnOnce() -> Result<T, GpuError>,
@@ -324,7 +324,7 @@ impl Device {
             let refused = [use_of.await, memory.await].into_iter().flatten().next();
             device.check_lost()?;
             let Some(reason) = refused else { return Ok(()) };
-            // One of them may be what it refuses.
+            // The device may have refused one of the programs: compile them again next time.
             device.shared.programs.lock().expect("no panic while it is held").clear();
             Err(GpuError::Refused { adapter: device.name(), reason: reason.to_string() })
         };
@@ -369,7 +369,7 @@ type Answering = Pin<Box<dyn Future<Output = Result<(), GpuError>> + Send>>;
 #[cfg(target_arch = "wasm32")]
 type Answering = Pin<Box<dyn Future<Output = Result<(), GpuError>>>>;
 
-/// Whether a device refuses what was done. A browser answers between two frames, others at once.
+/// Answer of a device, whether it refuses commands. In a browser it arrives between two frames.
 pub struct Answer(Answering);
 
 impl Answer {

@@ -1,4 +1,4 @@
-//! Rests of long work in a browser, whose page responds in them, and its late answers.
+//! Yielding to the event loop of a browser during long work, and asynchronous buffer mapping.
 
 use std::future::poll_fn;
 use std::sync::{Arc, Mutex};
@@ -26,7 +26,7 @@ impl Rests {
     }
 }
 
-/// Elsewhere another thread draws frames.
+/// Does nothing: outside a browser another thread draws frames.
 #[cfg(not(target_arch = "wasm32"))]
 async fn rest() {}
 

@@ -62,8 +62,8 @@ impl GpuSimulation {
         Ok(new)
     }
 
-    /// Does the same without a wait. As long as a browser has not answered whether the device
-    /// accepts buffers and programs, [`GpuSimulation::begin`] leaves steps to the processor.
+    /// Prepares a device to step a simulation, without waiting for its answer. Until a browser has
+    /// accepted buffers and programs, [`GpuSimulation::begin`] leaves steps to the processor.
     ///
     /// # Errors
     /// See [`GpuSimulation::new`].

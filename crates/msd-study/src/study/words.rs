@@ -135,9 +135,10 @@ fn on_device(study: &Study) -> Option<String> {
             estimate(cost / 60.0, "s"),
             rounded(cost / best.cost, 2)
         ),
-        _ => format!("On {name} nothing that was timed comes within that."),
+        _ => format!("No setting timed on {name} is within that error."),
     };
-    let failed = fault.as_ref().map(|why| format!(" Not all was timed: {why}."));
+    let failed =
+        fault.as_ref().map(|why| format!(" The timing on the device stopped early: {why}."));
     Some(said + &failed.unwrap_or_default())
 }
 

@@ -24,7 +24,7 @@ type Todo = (Cell, f64);
 /// device has failed, if it has.
 type Flown = (Vec<bool>, Vec<Todo>, Option<String>);
 
-/// Runs those cells on a device that it takes.
+/// Runs on a device the cells that it can step.
 ///
 /// # Errors
 /// The first cell that the core refuses; files that cannot be written.

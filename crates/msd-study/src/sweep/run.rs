@@ -26,7 +26,7 @@ pub struct Summary {
     pub left: usize,
     /// Cells that were run now on a device.
     pub on_device: usize,
-    /// Why the device did not take further cells, if it failed.
+    /// Reason for which the device failed; none if it did not.
     pub fault: Option<String>,
 }
 
@@ -47,8 +47,8 @@ pub fn run(
     run_on(sweep, store, (cells, jobs, None), monitor)
 }
 
-/// Runs cells as [`run`] does, those that a device takes on that: many at once. The processor takes
-/// the others, and all that are left if the device fails.
+/// Runs cells as [`run`] does, with a device that steps many at once. The processor runs the cells
+/// that the device cannot step, and all remaining ones if the device fails.
 ///
 /// Rows of the device leave [`Sweep::columns_of_processor`] empty; all else has the same bits.
 ///

@@ -271,5 +271,9 @@ fn a_study_has_the_costs_of_a_device_and_says_where_it_failed() {
     assert!(studied.words.contains(" On mirror the cheapest is "), "{}", studied.words);
     let mut broken = Mirror { fails_after: 0, ..Mirror::new() };
     add_device(&mut studied, &loaded.scene, &mut broken, &mut ()).expect("a scene");
-    assert!(studied.words.contains("Not all was timed: it was lost."), "{}", studied.words);
+    assert!(
+        studied.words.contains("The timing on the device stopped early: it was lost."),
+        "{}",
+        studied.words
+    );
 }

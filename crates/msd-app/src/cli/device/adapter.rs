@@ -15,8 +15,8 @@ const VERDICT: &str = "verdict";
 /// Advice where a device does not step a run.
 pub const ADVICE: &str = "run the scene on the processor (--device cpu)";
 
-/// Opens the first adapter of a choice that has the bits of the processor; returns it in the manner
-/// that has them, with the verdict in words.
+/// Opens the first adapter of a choice and sets the manner in which it has the bits of the
+/// processor; returns it with the verdict in words. Refuses an adapter that has other bits.
 pub fn open_adapter(choice: &DeviceChoice) -> Result<(Device, String), Refusal> {
     let name = if let DeviceChoice::Named(name) = choice { name } else { "" };
     judged(block_on(Device::open(name)).map_err(refusal)?)

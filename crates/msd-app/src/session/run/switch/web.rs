@@ -12,5 +12,5 @@ pub fn gpu_obstacle() -> Option<&'static str> {
     let navigator = Reflect::get(&global(), &"navigator".into());
     let gpu = navigator.and_then(|navigator| Reflect::get(&navigator, &"gpu".into()));
     let is_there = gpu.is_ok_and(|gpu| !gpu.is_undefined());
-    (!is_there).then_some("This browser has no WebGPU here: the processor takes the steps")
+    (!is_there).then_some("WebGPU is not available in this browser: the processor takes the steps")
 }

@@ -7,7 +7,7 @@ use crate::number::Real;
 use core::ops::Range;
 
 impl Layout {
-    /// What the parts of a band add to.
+    /// The forces that parts of a band exert on later parts.
     pub(super) fn reached(&self, band: usize) -> Reached<'_> {
         let first = self.pieces.partition_point(|piece| piece.band < band);
         let end = self.pieces.partition_point(|piece| piece.band <= band);

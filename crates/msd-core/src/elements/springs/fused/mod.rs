@@ -42,7 +42,7 @@ pub(crate) struct Moving<'a, R: Real> {
     pub(crate) h: R,
 }
 
-/// Records that are moved before their power is summed: near the processor, it is in no column.
+/// Records that move before their power is summed: few, so that it stays in the near caches.
 const TOGETHER: usize = 128;
 
 impl<R: Real> Springs<R> {
