@@ -27,7 +27,7 @@ pub struct Ensemble {
     most: u64,
     tally: Tally,
     checker: Checker,
-    /// Checks that were begun: the next is of the simulation of this number, counted round.
+    /// Checks that were due: the next is of the simulation of this number, counted round.
     begun: usize,
 }
 
@@ -90,7 +90,10 @@ impl Ensemble {
             let checked = self.due(simulations);
             let batch = if checked.is_some() { 1 } else { left.min(self.most) };
             for (number, simulation) in simulations.iter().enumerate() {
-                self.instances.load(number, simulation.borrow());
+                match self.ended[number] {
+                    None => self.instances.load(number, simulation.borrow()),
+                    Some(_) => self.instances.remove(number),
+                }
             }
             self.instances.submit(batch);
             let outcomes = self.instances.wait()?;
@@ -100,8 +103,11 @@ impl Ensemble {
             let is_any_refused = outcomes.iter().zip(&self.ended).any(is_live);
             let more = (2 * self.most).min(MOST_UNREFUSED);
             self.most = if is_any_refused { MOST_STEPS } else { more };
-            if let Some(number) = checked.filter(|&number| outcomes[number].steps == 1) {
-                self.check(simulations[number].borrow(), &outcomes[number].state);
+            if let Some(number) = checked {
+                self.begun += 1;
+                if outcomes[number].steps == 1 {
+                    self.check(simulations[number].borrow(), &outcomes[number].state);
+                }
             }
             for (number, (simulation, outcome)) in simulations.iter_mut().zip(outcomes).enumerate()
             {
@@ -135,7 +141,6 @@ impl Ensemble {
 
     /// Begins to check a step from the state of a simulation to another.
     fn check(&mut self, simulation: &Simulation<f32>, after: &State<f32>) {
-        self.begun += 1;
         // Another one than the last.
         self.checker.renew();
         self.checker.begin(simulation, after);

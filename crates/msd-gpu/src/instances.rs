@@ -3,11 +3,11 @@
 use crate::check::first_difference;
 use crate::device::{Device, Programs, STRIDE};
 use crate::error::GpuError;
+use crate::params::{Params, Place, params};
 use crate::rows::{Rows, Structure};
-use crate::shader::{Choice, Kind, MOST_PLANES, THREADS};
-use bytemuck::{Pod, Zeroable, cast_slice, pod_read_unaligned};
+use crate::shader::{Choice, Kind, THREADS};
+use bytemuck::{Zeroable, bytes_of, cast_slice, pod_read_unaligned};
 use msd_core::glam::Vec3A;
-use msd_core::laws::PlaneLaw;
 use msd_core::{Error, Grab, Integrator, Ledger, Model, Simulation, State, Vector};
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -21,33 +21,6 @@ const BATCH: u64 = 200_000_000;
 const PARTICLE: u64 = 32;
 /// Workgroups along an axis; as in `step.wgsl`.
 const MOST_GROUPS: u32 = 65535;
-
-/// The same as in `step.wgsl`.
-#[derive(Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-struct Params {
-    gravity: [f32; 4],
-    force: [f32; 4],
-    h: f32,
-    half: f32,
-    quarter: f32,
-    sixth: f32,
-    drag: f32,
-    lag: f32,
-    extent: u32,
-    speed: u32,
-    count: u32,
-    planes: u32,
-    grabs: u32,
-    substeps: u32,
-    first: u32,
-    laws_at: u32,
-    grabs_at: u32,
-    flags_at: u32,
-    bends_at: u32,
-    unused: [u32; 3],
-    list: [[[f32; 4]; 2]; MOST_PLANES],
-}
 
 /// Instances of scenes on a device, of one method and one number of substeps.
 #[derive(Debug)]
@@ -83,18 +56,6 @@ struct Buffers {
     staging: Buffer,
 }
 
-/// Where an instance is in the buffers.
-#[derive(Clone, Debug)]
-struct Place {
-    /// Its particles.
-    particles: Range<usize>,
-    laws_at: u32,
-    /// 0 if it has no bends.
-    bends_at: u32,
-    grabs_at: u32,
-    flags_at: u32,
-}
-
 /// Steps that are being computed.
 #[derive(Debug)]
 struct Pending {
@@ -103,6 +64,9 @@ struct Pending {
     current: Option<Vec<State<f32>>>,
     mapped: Receiver<Result<(), wgpu::BufferAsyncError>>,
 }
+
+/// Flags and states of all instances.
+type ReadBack = (Vec<[u32; 2]>, Vec<State<f32>>);
 
 /// Steps of an instance that were computed.
 #[derive(Clone, Debug)]
@@ -273,6 +237,19 @@ impl Instances {
         queue.write_buffer(&self.buffers.flags, at, cast_slice(&[0u32; 2]));
     }
 
+    /// Takes the particles of an instance out of further steps.
+    pub fn remove(&self, number: usize) {
+        let (queue, at) = (&self.device.queue, (number * size_of::<Params>()) as u64);
+        queue.write_buffer(&self.buffers.params, at, bytes_of(&Params::zeroed()));
+        let at = 4 * u64::from(self.places[number].flags_at);
+        queue.write_buffer(&self.buffers.flags, at, cast_slice(&[0u32; 2]));
+    }
+
+    /// Forgets which states are on the device: masses may have changed as well.
+    pub fn forget(&mut self) {
+        self.known.fill(None);
+    }
+
     fn load_state(&self, number: usize, model: &Model<f32>, state: &State<f32>) {
         let rows = state.positions.iter().zip(&state.velocities);
         let masses = model.inverse_masses().iter().zip(model.masses());
@@ -343,6 +320,11 @@ impl Instances {
         self.pending = Some(Pending { steps, current, mapped });
     }
 
+    /// Whether steps were submitted whose outcomes were not fetched.
+    pub fn is_pending(&self) -> bool {
+        self.pending.is_some()
+    }
+
     /// Waits for the steps that were submitted.
     pub fn wait(&mut self) -> Result<Vec<Outcome>, GpuError> {
         loop {
@@ -366,12 +348,10 @@ impl Instances {
                 return Ok(None);
             }
             Ok(Err(_)) | Err(TryRecvError::Disconnected) => {
-                self.device.check_lost()?;
-                let reason = "the state cannot be read back".to_owned();
-                return Err(GpuError::Lost { adapter: self.device.name(), reason });
+                return Err(self.unreadable());
             }
         }
-        let (flags, states) = self.read();
+        let (flags, states) = self.read()?;
         let is_any_refused = flags.iter().any(|[refused, _]| *refused != 0);
         if is_any_refused && pending.current.is_none() {
             let encoder = self.device.device.create_command_encoder(&Default::default());
@@ -396,10 +376,17 @@ impl Instances {
         Ok(Some(outcomes))
     }
 
+    /// Why nothing can be read back.
+    fn unreadable(&self) -> GpuError {
+        let reason = "the state cannot be read back".to_owned();
+        let lost = GpuError::Lost { adapter: self.device.name(), reason };
+        self.device.check_lost().err().unwrap_or(lost)
+    }
+
     /// Flags and states that were read back.
-    fn read(&self) -> (Vec<[u32; 2]>, Vec<State<f32>>) {
+    fn read(&self) -> Result<ReadBack, GpuError> {
         let Buffers { flags, staging, .. } = &self.buffers;
-        let bytes = staging.get_mapped_range(..).expect("a buffer that is mapped");
+        let bytes = staging.get_mapped_range(..).map_err(|_| self.unreadable())?;
         let (head, rows) = bytes.split_at(flags.size() as usize);
         let of_flags = |place: &Place| {
             let at = 4 * place.flags_at as usize;
@@ -414,12 +401,12 @@ impl Instances {
         let states = self.places.iter().map(of_state).collect();
         drop(bytes);
         staging.unmap();
-        (flags, states)
+        Ok((flags, states))
     }
 
     /// Records steps.
     fn encode(&mut self, encoder: &mut CommandEncoder, steps: u64) {
-        self.known.fill(None);
+        self.forget();
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_bind_group(0, &self.constants, &[]);
         let substeps = self.substeps;
@@ -523,46 +510,6 @@ fn grab_numbers(grab: &Grab<f32>) -> [[u32; 4]; 2] {
     let [x, y, z] = grab.target.components().map(f32::to_bits);
     let law = [grab.stiffness, grab.damping, grab.max_force, 0.0];
     [[x, y, z, grab.particle], law.map(f32::to_bits)]
-}
-
-fn params(simulation: &Simulation<f32>, kind: Kind, place: &Place) -> Params {
-    let (model, settings) = (simulation.model(), simulation.settings());
-    let h = settings.substep() as f32;
-    // As the guard of the core.
-    let crossing = 2.0 * f64::from(model.extent()) / settings.substep();
-    let wide = |vector: Vec3A| [vector.x, vector.y, vector.z, 0.0];
-    Params {
-        gravity: wide(model.gravity()),
-        force: wide(model.force()),
-        h,
-        half: h * 0.5,
-        quarter: h * 0.5 * 0.5,
-        sixth: h / 6.0,
-        drag: model.drag(),
-        lag: h * kind.lag(),
-        extent: model.extent().to_bits(),
-        speed: (crossing as f32).min(f32::MAX).to_bits(),
-        count: model.particle_count() as u32,
-        planes: model.planes().len() as u32,
-        grabs: model.grabs().len() as u32,
-        substeps: settings.substeps,
-        first: place.particles.start as u32,
-        laws_at: place.laws_at,
-        grabs_at: place.grabs_at,
-        flags_at: place.flags_at,
-        bends_at: place.bends_at,
-        unused: [0; 3],
-        list: planes(model),
-    }
-}
-
-fn planes(model: &Model<f32>) -> [[[f32; 4]; 2]; MOST_PLANES] {
-    let mut planes = [[[0.0; 4]; 2]; MOST_PLANES];
-    for (to, plane) in planes.iter_mut().zip(model.planes()) {
-        let PlaneLaw { normal: [x, y, z], offset, restitution, friction, loss } = plane.into();
-        *to = [[x, y, z, offset], [restitution, friction, loss, 0.0]];
-    }
-    planes
 }
 
 /// The work columns of a method, with the stiffness of all springs at each particle where something

@@ -29,6 +29,7 @@ mod rests;
 mod probe;
 mod bends;
 mod rows;
+mod params;
 mod check;
 mod instances;
 mod simulation;

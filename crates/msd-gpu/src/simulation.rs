@@ -143,8 +143,9 @@ impl GpuSimulation {
         Ok(())
     }
 
-    /// Notes that forces or pins were changed other than through the queue.
+    /// Notes that forces, masses or pins were changed other than through the queue.
     pub fn renew_check(&mut self) {
+        self.instances.forget();
         self.checker.renew();
     }
 
@@ -280,6 +281,11 @@ impl GpuSimulation {
     pub fn finish_computing(&mut self) -> Result<Outcome, GpuError> {
         self.instances.submit(0);
         self.wait()
+    }
+
+    /// Whether a batch was begun whose outcome was not fetched.
+    pub fn is_begun(&self) -> bool {
+        self.instances.is_pending()
     }
 
     /// Waits for the batch that was begun.

@@ -8,7 +8,7 @@ use super::run::{explain_divergence, open_draft, open_scene};
 use super::steps::Terminal;
 use msd_scene::{Loaded, shown_path, write_file};
 use msd_study::choice::FRAME;
-use msd_study::conduct::{Plan, add_device, add_space, study};
+use msd_study::conduct::{INTERRUPTED, Plan, add_device, add_space, study};
 use msd_study::monitor::Halt;
 use msd_study::quantity::{counted, estimate, quantity};
 use msd_study::terms::terms;
@@ -71,14 +71,22 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
         false => say(&summary(&studied, &folder)),
     };
     failures.extend(said.err());
-    let ended = (!is_whole).then(|| {
+    Failure::all(failures.into_iter().chain(interruption(&studied, is_whole)))
+}
+
+/// The failure of a study that the user ended early.
+fn interruption(studied: &Study, is_whole: bool) -> Option<Failure> {
+    if !is_whole {
         let count = studied.trials.len();
-        Failure::interrupted(format!(
+        return Some(Failure::interrupted(format!(
             "interrupted after {count} trials; the report covers these, and the same command \
              resumes"
-        ))
-    });
-    Failure::all(failures.into_iter().chain(ended))
+        )));
+    }
+    let fault = studied.on_device.as_ref()?.fault.as_deref();
+    (fault == Some(INTERRUPTED)).then(|| {
+        Failure::interrupted("interrupted; the report does not have all times of the device")
+    })
 }
 
 /// Returns the failure of a halted study or search.

@@ -220,7 +220,7 @@ fn open_fleet(
     if todo.is_empty() {
         return Ok(None);
     }
-    let checked = check_cells(sweep, &todo)?;
+    let checked = check_cells(sweep, &todo, *choice == DeviceChoice::Auto)?;
     let (fleet, note) = settle(choice, &shown_path(path), |is_auto| {
         let samples = checked?;
         let mut fleet = GpuFleet::open(choice)?;
@@ -233,8 +233,12 @@ fn open_fleet(
 }
 
 /// Refuses cells that a device does not step, or whose columns it does not measure. Returns the
-/// first runs of the pace with the most springs and particles, for a race.
-fn check_cells(sweep: &Sweep, todo: &[Cell]) -> Result<Result<Vec<Runner>, Refusal>, Failure> {
+/// first runs of the pace with the most springs and particles, if they are to race.
+fn check_cells(
+    sweep: &Sweep,
+    todo: &[Cell],
+    race: bool,
+) -> Result<Result<Vec<Runner>, Refusal>, Failure> {
     let columns = sweep.columns_of_processor();
     if !columns.is_empty() {
         return Ok(Err(Refusal::new(
@@ -258,7 +262,7 @@ fn check_cells(sweep: &Sweep, todo: &[Cell]) -> Result<Result<Vec<Runner>, Refus
         });
         let (_, size, samples) = &mut paces[row];
         *size += runner.spring_count() + runner.particle_count();
-        if *size < MOST_RACED || samples.is_empty() {
+        if race && (*size < MOST_RACED || samples.is_empty()) {
             samples.push(runner);
         }
     }

@@ -66,7 +66,10 @@ fn tune_for(
     let is_auto = arguments.device == DeviceChoice::Auto;
     let mut alone = || tune(scene, duration, goal, &mut terminal).map_err(failed);
     let Some(mut fleet) = fleet else { return Ok((alone()?, None)) };
-    let here = is_auto.then(&mut alone).transpose()?;
+    let here = match is_auto.then(&mut alone).transpose()? {
+        Some(here) if here.is_cut_short => return Ok((here, None)),
+        here => here,
+    };
     let mut tuner = Tuner::new(&mut fleet);
     let there = tune_on((scene, &mut tuner), duration, goal, &mut terminal);
     let (fault, device) = (tuner.fault, fleet.name());
@@ -79,15 +82,18 @@ fn tune_for(
     let there = match there {
         Ok(there) => there,
         Err(Halt::Refused(_)) => return Ok((here, None)),
-        Err(halt) => return Err(failed(halt)),
+        Err(Halt::Cancelled | Halt::Deadline) => {
+            return Ok((Tuned { is_cut_short: true, ..here }, None));
+        }
     };
+    let is_cut_short = there.is_cut_short;
     let takes_device = is_better(&there, &here);
     let chosen = if takes_device { &*device } else { "processor" };
     let [mine, its] = [&here, &there].map(in_words);
     failure::note(&format!(
         "device: {chosen}, as the best setting on the processor {mine}, and that on {device} {its}"
     ));
-    Ok(if takes_device { (there, Some(device)) } else { (here, None) })
+    Ok(if takes_device { (there, Some(device)) } else { (Tuned { is_cut_short, ..here }, None) })
 }
 
 /// The value of the best choice of a search, as two are compared.

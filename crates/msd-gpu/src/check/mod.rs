@@ -52,7 +52,9 @@ impl Checker {
     /// Whether the next step is to be checked; the first always is.
     pub fn is_due(&self, steps: u64) -> bool {
         let is_first = self.checked == 0;
-        let is_rested = self.last + EVERY <= steps && self.time <= Instant::now();
+        // A state with fewer steps may have been set.
+        let is_later = steps < self.last || self.last + EVERY <= steps;
+        let is_rested = is_later && self.time <= Instant::now();
         !self.is_busy && (is_first || is_rested)
     }
 

@@ -180,6 +180,45 @@ fn a_state_that_the_user_sets_is_that_of_the_next_step() {
     advance(&mut here, &mut there);
 }
 
+#[test]
+fn a_mass_that_the_user_sets_is_that_of_the_next_step() {
+    let Some(device) = device() else { return };
+    let mut here = start(&block(), Integrator::SymplecticEuler);
+    let mut there = here.clone();
+    let mut gpu = prepared(&device, &there);
+    for mass in [0.02, 0.3] {
+        let masses = Interaction::SetMass { particles: Select::One(5), value: mass };
+        for simulation in [&mut here, &mut there] {
+            simulation.queue(masses).expect("a mass");
+            simulation.apply_queued().expect("a good state");
+        }
+        gpu.renew_check();
+        (0..5).for_each(|_| here.step().expect("a step"));
+        gpu.advance(&mut there, 5).expect("a run");
+        assert_same("after a mass was set", &here, &there);
+    }
+}
+
+#[test]
+fn a_step_that_is_refused_passes_its_check_on_to_another_scene() {
+    let Some(device) = device() else { return };
+    let free = block();
+    // Its lowest corner lies on a floor and at a wall from the start.
+    let low = free.particles.iter().fold(DVec3::MAX, |low, at| low.min(at.position));
+    let planes = [(DVec3::Y, low.y), (DVec3::X, low.x)].map(|(normal, offset)| Plane {
+        normal,
+        offset,
+        ..floor(0.0, Friction::Coulomb(0.3))
+    });
+    let cornered = Scene { planes: planes.to_vec(), ..free.clone() };
+    let mut both = [cornered, free].map(|scene| start(&scene, Integrator::VelocityVerlet));
+    let mut ensemble = pollster::block_on(Ensemble::new(&device, &both)).expect("two scenes");
+    ensemble.advance(&mut both, 30).expect("a run");
+    ensemble.finish_check().expect("the bits of the processor");
+    let tally = ensemble.tally();
+    assert!(0 < tally.processor && 0 < tally.checked, "{tally:?}");
+}
+
 /// A sheet with bends of three particles along its rows, and of four across its edges.
 fn sheet(damping: f64) -> Scene {
     let [rows, columns] = [12, 9];

@@ -18,8 +18,8 @@ pub trait Device {
     /// Prepares to step some runs together, all of one [`Pace`].
     ///
     /// # Errors
-    /// The reason why it cannot step them, such as too little memory.
-    fn load(&mut self, runners: &[Runner]) -> Result<(), String>;
+    /// The reason why it cannot step them.
+    fn load(&mut self, runners: &[Runner]) -> Result<(), LoadError>;
 
     /// Advances the runs that were loaded last by so many steps; returns why some of them ended
     /// early, now or before. Those keep their last good state, as on the processor.
@@ -35,6 +35,22 @@ pub trait Device {
     /// # Errors
     /// The reason why those steps are not to be trusted.
     fn finish(&mut self) -> Result<(), String>;
+}
+
+/// The reason why a device cannot step some runs, in words.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LoadError {
+    /// They are too large for it; fewer may fit.
+    TooLarge(String),
+    /// It takes no more steps.
+    Failed(String),
+}
+
+impl From<LoadError> for String {
+    fn from(error: LoadError) -> Self {
+        let (LoadError::TooLarge(why) | LoadError::Failed(why)) = error;
+        why
+    }
 }
 
 /// What the runs that step together on a device have in common.

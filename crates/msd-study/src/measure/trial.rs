@@ -2,7 +2,7 @@
 
 use crate::candidates::choice::{Choice, FRAME};
 use crate::measure::clock::CpuClock;
-use crate::measure::device::Device;
+use crate::measure::device::{Device, LoadError};
 use crate::measure::errors::{Errors, compare};
 use crate::measure::reference::{Reference, frames_of};
 use crate::monitor::{Halt, Monitor};
@@ -204,8 +204,10 @@ pub fn time_on(
         return Ok(DeviceTime::Untaken);
     }
     let mut here = there.clone();
-    if let Err(why) = device.load(slice::from_ref(&there)) {
-        return Ok(DeviceTime::Failed(why));
+    match device.load(slice::from_ref(&there)) {
+        Ok(()) => {}
+        Err(LoadError::TooLarge(_)) => return Ok(DeviceTime::Untaken),
+        Err(LoadError::Failed(why)) => return Ok(DeviceTime::Failed(why)),
     }
     let (mut best, mut spent, mut repeated, mut part) = (f64::INFINITY, 0.0, 0.0, 1);
     while there.steps() < frames.max(2) && spent < KNOWN {

@@ -39,6 +39,9 @@ pub fn add_space(
     Ok(())
 }
 
+/// The fault of a timing on a device that a monitor has ended.
+pub const INTERRUPTED: &str = "interrupted";
+
 /// Adds the cost on a device of those trials of a study that it steps and that did not diverge, and
 /// a sentence on it. A cancelled measurement keeps the costs that are known.
 ///
@@ -62,7 +65,10 @@ pub fn add_device(
                 on_device.fault = Some(why);
                 break;
             }
-            Err(Halt::Cancelled | Halt::Deadline) => break,
+            Err(Halt::Cancelled | Halt::Deadline) => {
+                on_device.fault = Some(INTERRUPTED.to_owned());
+                break;
+            }
             Err(halt) => return Err(halt),
         }
     }

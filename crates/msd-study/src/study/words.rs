@@ -123,7 +123,7 @@ fn single(study: &Study, chosen: &Trial) -> Option<String> {
 
 /// The choice for a device, and its cost beside that of the best on the processor.
 fn on_device(study: &Study) -> Option<String> {
-    let OnDevice { name, fault, .. } = study.on_device.as_ref()?;
+    let OnDevice { name, fault, costs } = study.on_device.as_ref()?;
     let mut rows = study.front_on_device().into_iter();
     let rows = rows.find(|&(row, _)| study.trials[row].is_within(study.wanted));
     let known = rows.map(|(row, cost)| (&study.trials[row], cost));
@@ -135,6 +135,7 @@ fn on_device(study: &Study) -> Option<String> {
             estimate(cost / 60.0, "s"),
             rounded(cost / best.cost, 2)
         ),
+        _ if costs.is_empty() => format!("No setting was timed on {name}."),
         _ => format!("No setting timed on {name} is within that error."),
     };
     let failed =

@@ -1,6 +1,6 @@
 //! Cells whose steps a device takes, many at once.
 
-use crate::measure::device::{Device, Pace};
+use crate::measure::device::{Device, LoadError, Pace};
 use crate::monitor::Monitor;
 use crate::sweep::measure::CellRun;
 use crate::sweep::plan::Cell;
@@ -40,6 +40,7 @@ pub(super) fn run_fleets(
         match fly(under_way, device, &fleet)? {
             Flight::Done(outcomes) => diverged.extend(outcomes),
             Flight::Cancelled => break,
+            Flight::TooLarge if fleet.len() == 1 => rest.extend(fleet),
             Flight::TooLarge => {
                 let half = fleet.split_off(fleet.len() / 2);
                 fleets.extend([half, fleet]);
@@ -76,6 +77,9 @@ fn fleets(
     let mut open: Vec<(Pace, usize, Vec<Todo>)> = Vec::new();
     let (mut full, mut rest) = (Vec::new(), Vec::new());
     for (cell, work) in todo {
+        if under_way.monitor().proceed().is_err() {
+            return Ok((Vec::new(), Vec::new()));
+        }
         let runner = under_way.sweep.open_cell(&cell)?.1;
         if !device.takes(&runner) {
             rest.push((cell, work));
@@ -111,8 +115,8 @@ fn fly(
     let (mut cells, mut runners): (Vec<CellRun>, Vec<Runner>) = begun.into_iter().unzip();
     match device.load(&runners) {
         Ok(()) => {}
-        Err(_) if 1 < fleet.len() => return Ok(Flight::TooLarge),
-        Err(why) => return Ok(Flight::Failed(why)),
+        Err(LoadError::TooLarge(_)) => return Ok(Flight::TooLarge),
+        Err(LoadError::Failed(why)) => return Ok(Flight::Failed(why)),
     }
     cells.iter_mut().for_each(CellRun::hand_over);
     let (mut taken, mut at_once) = (0, 1);

@@ -188,12 +188,13 @@ fn tune_by(
     monitor: &mut dyn Monitor,
 ) -> Result<Tuned, Halt> {
     let tuned = search((scene, tuner.as_deref_mut()), (duration, 0.02), goal, monitor)?;
-    if tuned.met || tuned.is_cut_short || matches!(goal, Goal::Budget(_)) {
+    let is_whole = tuner.is_some() || matches!(goal, Goal::Budget(_));
+    if tuned.met || tuned.is_cut_short || is_whole {
         return Ok(tuned);
     }
-    // Dormand-Prince cannot be judged near the tolerance of its reference: a tighter one lets it
-    // try the tolerances that the first could not judge.
-    match search((scene, tuner), (duration, 0.0002), goal, monitor) {
+    // No device steps Dormand-Prince. It cannot be judged near the tolerance of its reference: a
+    // tighter one lets it try the tolerances that the first could not judge.
+    match search((scene, None), (duration, 0.0002), goal, monitor) {
         Err(Halt::Cancelled | Halt::Deadline) => Ok(Tuned { is_cut_short: true, ..tuned }),
         Ok(again) if again.met => Ok(again),
         Ok(again) => Ok(Tuned { is_cut_short: again.is_cut_short, ..tuned }),
@@ -327,7 +328,8 @@ impl Search<'_, '_> {
             monitor.report(Progress { now, done, parts: Some(self.methods), left: None });
             // A precision that cannot hold the scene is not a choice for it.
             let Some(mut trial) = self.attempt(choice, monitor)? else { break };
-            if self.tuner.is_some() {
+            // A setting that diverged costs nothing that would be compared.
+            if self.tuner.is_some() && trial.errors.is_some() {
                 trial.cost = self.time(choice, frames_of(self.right.duration()), monitor)?;
             }
             let error = if trial.is_sound() { trial.error() } else { f64::INFINITY };
@@ -403,7 +405,7 @@ impl Search<'_, '_> {
         let patience = self.right.seconds.max(LEAST_PATIENCE);
         1.2 * best < last.cost
             || self.seen.iter().any(beats)
-            || patience < last.cost * self.right.duration()
+            || self.tuner.is_none() && patience < last.cost * self.right.duration()
     }
 
     fn meets(&self, trial: &Trial) -> bool {

@@ -4,8 +4,8 @@ use msd_core::{Error, Integrator, Ledger};
 use msd_run::{Runner, on};
 use msd_scene::{AnyState, Precision};
 use msd_study::choice::{Choice, Fineness};
-use msd_study::conduct::{Plan, add_device, study};
-use msd_study::device::{Device, Pace};
+use msd_study::conduct::{INTERRUPTED, Plan, add_device, study};
+use msd_study::device::{Device, LoadError, Pace};
 use msd_study::monitor::{Halt, Monitor, Progress};
 use msd_study::sweep::{Datum, Store, Summary, Sweep, run, run_on};
 use msd_study::trial::{DeviceTime, time_on};
@@ -46,10 +46,10 @@ impl Device for Mirror {
         is_known && matches!(runner, Runner::F32(..)) && !runner.is_automatic()
     }
 
-    fn load(&mut self, runners: &[Runner]) -> Result<(), String> {
+    fn load(&mut self, runners: &[Runner]) -> Result<(), LoadError> {
         assert!(runners.iter().all(|runner| Pace::of(runner) == Pace::of(&runners[0])));
         if self.most < runners.len() {
-            return Err("it is too small".into());
+            return Err(LoadError::TooLarge("it is too small".into()));
         }
         self.loaded.push(runners.len());
         self.ended = vec![None; runners.len()];
@@ -276,4 +276,10 @@ fn a_study_has_the_costs_of_a_device_and_says_where_it_failed() {
         "{}",
         studied.words
     );
+    let mut hasty = Hasty(10);
+    add_device(&mut studied, &loaded.scene, &mut Mirror::new(), &mut hasty).expect("a scene");
+    let said = "No setting was timed on mirror. The timing on the device stopped early: \
+        interrupted.";
+    assert!(studied.words.contains(said), "{}", studied.words);
+    assert_eq!(studied.on_device.expect("a device").fault.as_deref(), Some(INTERRUPTED));
 }

@@ -5,7 +5,7 @@ use crate::cli::arguments::{DeviceChoice, ListArguments};
 use crate::cli::failure::Failure;
 use msd_core::{Error, Scene};
 use msd_run::Runner;
-use msd_study::device::Device;
+use msd_study::device::{Device, LoadError};
 
 /// Advice of this build.
 const ADVICE: &str = "build it with the default features";
@@ -82,7 +82,7 @@ impl Device for NoFleet {
         match *self {}
     }
 
-    fn load(&mut self, _: &[Runner]) -> Result<(), String> {
+    fn load(&mut self, _: &[Runner]) -> Result<(), LoadError> {
         match *self {}
     }
 

@@ -9,7 +9,7 @@ use msd_film::quietly;
 use msd_gpu::{Device, Ensemble, GpuError};
 use msd_run::Runner;
 use msd_scene::Precision;
-use msd_study::device::Device as StudyDevice;
+use msd_study::device::{Device as StudyDevice, LoadError};
 use msd_study::quantity::quantity;
 use pollster::block_on;
 use std::thread;
@@ -50,8 +50,9 @@ impl GpuFleet {
         let part = here.len() as f64 / count as f64;
         let ours = timed(|steps| step_all(&mut here, threads, steps)) / part;
         let mut there = runners.to_vec();
-        let lost = |why| Refusal::new(format!("{name} failed while msd timed it: {why}"), "");
-        self.load(&there).map_err(lost)?;
+        let lost =
+            |why: String| Refusal::new(format!("{name} failed while msd timed it: {why}"), "");
+        self.load(&there).map_err(|why| lost(why.into()))?;
         // The first steps warm up the device.
         self.advance(&mut there, 1).map_err(lost)?;
         let mut failed = None;
@@ -77,8 +78,13 @@ impl StudyDevice for GpuFleet {
         steppable(runner).is_ok() && check_calm(runner).is_ok()
     }
 
-    fn load(&mut self, runners: &[Runner]) -> Result<(), String> {
-        let told = |error: GpuError| error.to_string();
+    fn load(&mut self, runners: &[Runner]) -> Result<(), LoadError> {
+        let told = |error: GpuError| match error {
+            GpuError::TooLarge { .. } | GpuError::Refused { .. } => {
+                LoadError::TooLarge(error.to_string())
+            }
+            error => LoadError::Failed(error.to_string()),
+        };
         // The one before it frees its memory first.
         self.ensemble = None;
         let simulations: Result<Vec<_>, _> = runners.iter().map(steppable).collect();

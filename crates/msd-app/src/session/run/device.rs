@@ -141,7 +141,12 @@ impl DeviceRun {
         let Runner::F32(simulation, _) = runner else { return Ok(()) };
         if let NextStep::Begun = self.step {
             self.is_void = true;
-            return self.gpu.step_on_processor(simulation);
+            self.gpu.step_on_processor(simulation)?;
+            // A change of the model has prepared the device anew.
+            if !self.gpu.is_begun() {
+                self.step = NextStep::None;
+            }
+            return Ok(());
         }
         match std::mem::replace(&mut self.step, NextStep::None) {
             NextStep::Done(outcome) => self.gpu.take(simulation, &outcome),

@@ -158,6 +158,8 @@ impl<R: Real> Mover<'_, R> {
             if numbers.contains(&start) {
                 // No step writes the power of the record in front of the first.
                 columns.power[(start - numbers.start) / 3..][..LANES].fill(R::ZERO);
+                let (motion, mut sums) = columns.halves();
+                self.add_border(front, 0, motion, (&mut sums, [&mut *ahead, &mut *burnt]));
             }
             let last = numbers.end.min(end);
             self.move_to(front, last - start, (&mut columns, [ahead, burnt]));
@@ -222,10 +224,6 @@ impl<R: Real> Mover<'_, R> {
         };
         // See above.
         columns.power[..LANES].fill(R::ZERO);
-        if let [GroupWork { ahead, burnt, .. }] = work {
-            let front = &mut self.front(band, 0);
-            return self.move_to(front, numbers.len(), (&mut columns, [ahead, burnt]));
-        }
         let (motion, sums) = columns.halves();
         for_each_part(sums, (0, &mut *work), &cut, &|share, mut columns, work| {
             let GroupWork { ahead, burnt, .. } = work;
@@ -279,9 +277,9 @@ impl<R: Real> Mover<'_, R> {
             let next = nexts.filter(|&next| front.step < next).min();
             let steps = front.step..next.unwrap_or(last).min(end);
             let is_inside = got <= steps.start && steps.end <= given.min(border);
-            let is_alone = !piece.is_part || is_inside;
+            let is_part = piece.is_part && !is_inside;
             front.step = steps.end;
-            front.row = take(Run { band, piece, steps, row: front.row, is_alone });
+            front.row = take(Run { band, piece, steps, row: front.row, is_part });
             front.piece += usize::from(front.step == last);
         }
     }
@@ -299,7 +297,7 @@ impl<R: Real> Mover<'_, R> {
         self.take(front, [usize::MAX, record + halo], |run| {
             let sums = (&mut *columns, [&mut *ahead, &mut *burnt]);
             let level = self.level;
-            match (self.springs.is_damped(), !run.is_alone) {
+            match (self.springs.is_damped(), run.is_part) {
                 (true, true) => at_level!(level, simd => {
                     add_steps::<_, R, true, true>(simd, self, (run, record), motion, sums)
                 }),
@@ -321,15 +319,15 @@ impl<R: Real> Mover<'_, R> {
         &self,
         front: &mut Front,
         end: usize,
-        (columns, [ahead, burnt]): (&mut Swept<'_, R>, [&mut [R]; 2]),
+        (columns, kept): (&mut Swept<'_, R>, [&[R]; 2]),
     ) {
         let Band { numbers, halo, .. } = &self.springs.layout.bands[front.band];
         let behind = columns.first - numbers.start + columns.forces.len();
         let border = if behind < numbers.len() { behind / RECORD - 1 } else { usize::MAX };
         self.take(front, [border, halo.unwrap_or(0) + end / RECORD - 1], |run| {
-            let sums = (&mut *columns, [&mut *ahead, &mut *burnt]);
+            let sums = (&mut *columns, kept);
             let level = self.level;
-            match (self.springs.is_damped(), !run.is_alone) {
+            match (self.springs.is_damped(), run.is_part) {
                 (true, true) => at_level!(level, simd => {
                     move_steps::<_, R, true, true>(simd, self, run, sums)
                 }),

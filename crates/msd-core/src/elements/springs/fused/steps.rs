@@ -34,8 +34,8 @@ pub(super) struct Run<'a> {
     pub(super) piece: &'a Piece,
     pub(super) steps: Range<usize>,
     pub(super) row: usize,
-    /// Whether they neither give forces to other parts and shares nor move records that get some.
-    pub(super) is_alone: bool,
+    /// Whether they may give forces to other parts or shares, or move records that get some.
+    pub(super) is_part: bool,
 }
 
 /// The piece of a run, and the columns and places that its steps use, by numbers of the band.
@@ -57,10 +57,13 @@ impl RunPlaces {
     }
 
     #[inline(always)]
-    fn of<R>(Run { band, piece, is_alone, .. }: &Run<'_>, columns: &Swept<'_, R>) -> RunPlaces {
+    fn of<R, const PART: bool>(
+        Run { band, piece, .. }: &Run<'_>,
+        columns: &Swept<'_, R>,
+    ) -> RunPlaces {
         let Swept { first, reached, .. } = *columns;
         let band = band.numbers.start;
-        if *is_alone {
+        if !PART {
             return RunPlaces { first: first - band, end: usize::MAX, behind: 0, before: 0..0 };
         }
         // Where the column of forces between parts would start to have that on a number at its
@@ -160,11 +163,10 @@ pub(super) fn add_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
 ) -> usize {
     let lanes = Pack::<S, R>::LEN;
     let Springs { layout, values, .. } = mover.springs;
-    let places = RunPlaces::of(&run, columns);
+    let places = RunPlaces::of::<_, PART>(&run, columns);
     let Run { band, steps, mut row, .. } = run;
     let (f, later) = (&mut *columns.forces, &mut *columns.later);
     let masses = &mover.masses[band.numbers.start / 3..band.numbers.end / 3];
-    let border = (1 + record) * RECORD;
     let fetches = Fetches::of(x);
     for number in steps {
         let step = layout.steps[band.steps.start + number];
@@ -174,9 +176,12 @@ pub(super) fn add_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
         }
         fetches.next((band, number), 0, [x, v]);
         fetches.next((band, number), places.first, [&*f]);
-        let rows = &layout.rows[row..][..step.rows as usize];
+        let mut rows = &layout.rows[row..][..step.rows as usize];
         row += rows.len();
-        let (rows, _) = split_rows(rows, border);
+        // Those of the halo all do.
+        if 0 < record {
+            (rows, _) = split_rows(rows, (1 + record) * RECORD);
+        }
         let (at, carry, to) = (step.at as usize, step.carry as usize, far - record * RECORD);
         for part in (0..LANES).step_by(lanes) {
             let mut sums = kept_sums(simd, [ahead, burnt], carry, part);
@@ -185,22 +190,11 @@ pub(super) fn add_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
             let ends = places.ends(&mut *f, &mut *later);
             let rows = (rows, &**values);
             add_rows::<_, _, DAMPED, PART>(simd, rows, &motions, &mut sums, ends);
-            keep(sums, [ahead, burnt], to, part);
+            store(sums.pull, &mut ahead[to..], part);
+            sums.heat.store_slice(&mut burnt[to / 3 + part..][..lanes]);
         }
     }
     row
-}
-
-/// Keeps sums at a number.
-#[inline(always)]
-fn keep<S: Simd, R: Real>(
-    sums: StepSums<S, R>,
-    [ahead, burnt]: [&mut [R]; 2],
-    at: usize,
-    part: usize,
-) {
-    store(sums.pull, &mut ahead[at..], part);
-    sums.heat.store_slice(&mut burnt[at / 3 + part..][..Pack::<S, R>::LEN]);
 }
 
 /// The sums that are kept at a number.
@@ -218,22 +212,21 @@ fn kept_sums<S: Simd, R: Real>(
     }
 }
 
-/// Takes some steps and moves their records, but keeps the sums of the halo; returns the row behind
-/// their last.
+/// Takes some steps behind the halo and moves their records; returns the row behind their last.
 #[inline(always)]
 pub(super) fn move_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
     simd: S,
     mover: &Mover<'_, R>,
     run: Run<'_>,
-    (columns, [ahead, burnt]): (&mut Swept<'_, R>, [&mut [R]; 2]),
+    (columns, kept): (&mut Swept<'_, R>, [&[R]; 2]),
 ) -> usize {
     let lanes = Pack::<S, R>::LEN;
     let Springs { layout, values, .. } = mover.springs;
-    let places = RunPlaces::of(&run, columns);
+    let places = RunPlaces::of::<_, PART>(&run, columns);
     let Run { band, steps, mut row, .. } = run;
     let (first, end) = (places.first, places.first + columns.forces.len());
     let is_last = end == band.numbers.len();
-    let (halo, power_first) = (band.halo.unwrap_or(0), columns.power_first);
+    let power_first = columns.power_first;
     let (x, v) = (&mut *columns.positions, &mut *columns.velocities);
     let (f, later, power) = (&mut *columns.forces, &mut *columns.later, &mut *columns.power);
     let inverse_masses = &mover.inverse_masses[band.numbers.clone()];
@@ -258,22 +251,18 @@ pub(super) fn move_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>
         }
         let here_at = at - first;
         for part in (0..LANES).step_by(lanes) {
-            let mut sums = kept_sums(simd, [&*ahead, &*burnt], carry, part);
+            let mut sums = kept_sums(simd, kept, carry, part);
             let here = motion::<S, R, DAMPED>(simd, x, v, here_at, part);
             let motions = StepMotion { columns: [&*x, &*v], first, here, part };
             let (rows, ends) = ((rows, &**values), places.ends(&mut *f, &mut *later));
             add_rows::<_, _, DAMPED, PART>(simd, rows, &motions, &mut sums, ends);
-            if number < halo {
-                keep(sums, [&mut *ahead, &mut *burnt], far, part);
-                continue;
-            }
             let StepSums { pull, mut heat } = sums;
             let mut force = zip(load(simd, &f[here_at..], part), pull, |f, s| f + s);
             if PART {
                 force = places.add_before(simd, (at, part), later, force);
             }
             if PART && let Some(late) = late {
-                let more = kept_sums(simd, [&*ahead, &*burnt], late, part);
+                let more = kept_sums(simd, kept, late, part);
                 force = zip(force, more.pull, |f, more| f + more);
                 heat = heat + more.heat;
             }
