@@ -159,7 +159,7 @@ impl<R: Real> Mover<'_, R> {
                 // No step writes the power of the record in front of the first.
                 columns.power[(start - numbers.start) / 3..][..LANES].fill(R::ZERO);
                 let (motion, mut sums) = columns.halves();
-                self.add_border(front, 0, motion, (&mut sums, [&mut *ahead, &mut *burnt]));
+                self.add_border(front, 0, motion, (&mut sums, [ahead, burnt]));
             }
             let last = numbers.end.min(end);
             self.move_to(front, last - start, (&mut columns, [ahead, burnt]));
@@ -258,14 +258,8 @@ impl<R: Real> Mover<'_, R> {
         Front { band, piece, step, row }
     }
 
-    /// Takes all steps in front of `end`, piece by piece, those apart that concern other parts, and
-    /// those from `border` on, whose rows end behind the share.
-    fn take(
-        &self,
-        front: &mut Front,
-        [border, end]: [usize; 2],
-        mut take: impl FnMut(Run<'_>) -> usize,
-    ) {
+    /// Takes all steps in front of `end`, piece by piece, those apart that other parts concern.
+    fn take(&self, front: &mut Front, end: usize, mut take: impl FnMut(Run<'_>) -> usize) {
         let Layout { bands, pieces, .. } = &self.springs.layout;
         while front.step < end {
             let piece = &pieces[front.piece];
@@ -273,13 +267,11 @@ impl<R: Real> Mover<'_, R> {
             let last = piece.first + piece.steps.len();
             let got = if piece.first == 0 { 0 } else { piece.first + band.reach };
             let given = (piece.numbers.end - band.numbers.start) / RECORD - 1;
-            let nexts = [got, given, border, last].into_iter();
-            let next = nexts.filter(|&next| front.step < next).min();
+            let next = [got, given, last].into_iter().filter(|&next| front.step < next).min();
             let steps = front.step..next.unwrap_or(last).min(end);
-            let is_inside = got <= steps.start && steps.end <= given.min(border);
-            let is_part = piece.is_part && !is_inside;
+            let is_alone = !piece.is_part || got <= steps.start && steps.end <= given;
             front.step = steps.end;
-            front.row = take(Run { band, piece, steps, row: front.row, is_part });
+            front.row = take(Run { band, piece, steps, row: front.row, is_alone });
             front.piece += usize::from(front.step == last);
         }
     }
@@ -294,10 +286,10 @@ impl<R: Real> Mover<'_, R> {
         (columns, [ahead, burnt]): (&mut Swept<'_, R>, [&mut [R]; 2]),
     ) {
         let halo = self.springs.layout.bands[front.band].halo.unwrap_or(0);
-        self.take(front, [usize::MAX, record + halo], |run| {
+        self.take(front, record + halo, |run| {
             let sums = (&mut *columns, [&mut *ahead, &mut *burnt]);
             let level = self.level;
-            match (self.springs.is_damped(), run.is_part) {
+            match (self.springs.is_damped(), !run.is_alone) {
                 (true, true) => at_level!(level, simd => {
                     add_steps::<_, R, true, true>(simd, self, (run, record), motion, sums)
                 }),
@@ -319,26 +311,24 @@ impl<R: Real> Mover<'_, R> {
         &self,
         front: &mut Front,
         end: usize,
-        (columns, kept): (&mut Swept<'_, R>, [&[R]; 2]),
+        (columns, [ahead, burnt]): (&mut Swept<'_, R>, [&[R]; 2]),
     ) {
-        let Band { numbers, halo, .. } = &self.springs.layout.bands[front.band];
-        let behind = columns.first - numbers.start + columns.forces.len();
-        let border = if behind < numbers.len() { behind / RECORD - 1 } else { usize::MAX };
-        self.take(front, [border, halo.unwrap_or(0) + end / RECORD - 1], |run| {
-            let sums = (&mut *columns, kept);
+        let halo = self.springs.layout.bands[front.band].halo.unwrap_or(0);
+        self.take(front, halo + end / RECORD - 1, |run| {
+            let kept = [ahead, burnt];
             let level = self.level;
-            match (self.springs.is_damped(), run.is_part) {
+            match (self.springs.is_damped(), !run.is_alone) {
                 (true, true) => at_level!(level, simd => {
-                    move_steps::<_, R, true, true>(simd, self, run, sums)
+                    move_steps::<_, R, true, true>(simd, self, run, columns, kept)
                 }),
                 (true, false) => at_level!(level, simd => {
-                    move_steps::<_, R, true, false>(simd, self, run, sums)
+                    move_steps::<_, R, true, false>(simd, self, run, columns, kept)
                 }),
                 (false, true) => at_level!(level, simd => {
-                    move_steps::<_, R, false, true>(simd, self, run, sums)
+                    move_steps::<_, R, false, true>(simd, self, run, columns, kept)
                 }),
                 (false, false) => at_level!(level, simd => {
-                    move_steps::<_, R, false, false>(simd, self, run, sums)
+                    move_steps::<_, R, false, false>(simd, self, run, columns, kept)
                 }),
             }
         });

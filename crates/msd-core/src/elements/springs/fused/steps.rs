@@ -4,7 +4,7 @@ use super::columns::Swept;
 use crate::columns::{LANES, RECORD, load, store};
 use crate::elements::fields::Fields;
 use crate::elements::springs::Springs;
-use crate::elements::springs::layout::{AHEAD, Band, Piece, Row};
+use crate::elements::springs::layout::{AHEAD, Band, Piece};
 use crate::elements::springs::sweep::{
     Ends, StepMotion, StepSums, add_rows, fetch, is_far, motion, split_rows,
 };
@@ -34,8 +34,8 @@ pub(super) struct Run<'a> {
     pub(super) piece: &'a Piece,
     pub(super) steps: Range<usize>,
     pub(super) row: usize,
-    /// Whether they may give forces to other parts or shares, or move records that get some.
-    pub(super) is_part: bool,
+    /// Whether they neither give forces to other parts nor move records that get some.
+    pub(super) is_alone: bool,
 }
 
 /// The piece of a run, and the columns and places that its steps use, by numbers of the band.
@@ -57,13 +57,10 @@ impl RunPlaces {
     }
 
     #[inline(always)]
-    fn of<R, const PART: bool>(
-        Run { band, piece, .. }: &Run<'_>,
-        columns: &Swept<'_, R>,
-    ) -> RunPlaces {
+    fn of<R>(Run { band, piece, is_alone, .. }: &Run<'_>, columns: &Swept<'_, R>) -> RunPlaces {
         let Swept { first, reached, .. } = *columns;
         let band = band.numbers.start;
-        if !PART {
+        if *is_alone {
             return RunPlaces { first: first - band, end: usize::MAX, behind: 0, before: 0..0 };
         }
         // Where the column of forces between parts would start to have that on a number at its
@@ -79,22 +76,6 @@ impl RunPlaces {
             _ => start_for(start)..start + reached.numbers - band,
         };
         RunPlaces { first: first - band, before, end: end - band, behind: start_for(end) }
-    }
-
-    /// Adds the force of the part before on a part of the record at a number, if there is one.
-    #[inline(always)]
-    fn add_before<S: Simd, R: Real>(
-        &self,
-        simd: S,
-        (at, part): (usize, usize),
-        later: &[R],
-        force: [Pack<S, R>; 3],
-    ) -> [Pack<S, R>; 3] {
-        if self.before.end <= at {
-            return force;
-        }
-        let more = load(simd, &later[at - self.before.start..], part);
-        zip(force, more, |f, more| f + more)
     }
 }
 
@@ -163,7 +144,7 @@ pub(super) fn add_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
 ) -> usize {
     let lanes = Pack::<S, R>::LEN;
     let Springs { layout, values, .. } = mover.springs;
-    let places = RunPlaces::of::<_, PART>(&run, columns);
+    let places = RunPlaces::of(&run, columns);
     let Run { band, steps, mut row, .. } = run;
     let (f, later) = (&mut *columns.forces, &mut *columns.later);
     let masses = &mover.masses[band.numbers.start / 3..band.numbers.end / 3];
@@ -212,17 +193,18 @@ fn kept_sums<S: Simd, R: Real>(
     }
 }
 
-/// Takes some steps behind the halo and moves their records; returns the row behind their last.
+/// Takes some steps and moves their records; returns the row behind their last.
 #[inline(always)]
 pub(super) fn move_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
     simd: S,
     mover: &Mover<'_, R>,
     run: Run<'_>,
-    (columns, kept): (&mut Swept<'_, R>, [&[R]; 2]),
+    columns: &mut Swept<'_, R>,
+    kept: [&[R]; 2],
 ) -> usize {
     let lanes = Pack::<S, R>::LEN;
     let Springs { layout, values, .. } = mover.springs;
-    let places = RunPlaces::of::<_, PART>(&run, columns);
+    let places = RunPlaces::of(&run, columns);
     let Run { band, steps, mut row, .. } = run;
     let (first, end) = (places.first, places.first + columns.forces.len());
     let is_last = end == band.numbers.len();
@@ -237,12 +219,16 @@ pub(super) fn move_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>
         let (at, far) = (step.at as usize, (1 + number) * RECORD);
         let rows = &layout.rows[row..][..step.rows as usize];
         row += rows.len();
+        // The rows that end behind the share are done. Those of the last share are of the halo, and
+        // the next lane; where a block is in parts their sums come last.
+        let (mut rows, mut carry) = (rows, 0);
+        let is_late = PART && is_last && end <= far;
         if far < end {
             mover.start::<_, PART>(simd, (masses, far), &places, (&mut *f, &mut *later));
-        }
-        let (mut rows, mut carry, mut late) = (rows, step.carry as usize, None);
-        if PART && end <= far {
-            (rows, carry, late) = behind_share(rows, [end, far], is_last);
+        } else if !is_last {
+            (rows, carry) = (split_rows(rows, end).1, far - end + RECORD);
+        } else if !PART {
+            carry = far - end + RECORD + 1;
         }
         fetches.next((band, number), first, [&*x, &*v, &*f]);
         if fetches.streams {
@@ -258,11 +244,12 @@ pub(super) fn move_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>
             add_rows::<_, _, DAMPED, PART>(simd, rows, &motions, &mut sums, ends);
             let StepSums { pull, mut heat } = sums;
             let mut force = zip(load(simd, &f[here_at..], part), pull, |f, s| f + s);
-            if PART {
-                force = places.add_before(simd, (at, part), later, force);
+            if PART && at < places.before.end {
+                let more = load(simd, &later[at - places.before.start..], part);
+                force = zip(force, more, |f, more| f + more);
             }
-            if PART && let Some(late) = late {
-                let more = kept_sums(simd, kept, late, part);
+            if is_late {
+                let more = kept_sums(simd, kept, far - end + RECORD + 1, part);
                 force = zip(force, more.pull, |f, more| f + more);
                 heat = heat + more.heat;
             }
@@ -272,40 +259,10 @@ pub(super) fn move_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>
                 heat.store_slice(&mut power[to..][..lanes]);
             }
             let kick = Pack::from_slice(simd, &inverse_masses[at + part..][..lanes]) * h;
-            let to = [&mut x[here_at..], &mut v[here_at..]];
-            move_by(simd, to, [here[0], force], [kick, h], part);
+            let velocity = zip(load(simd, &v[here_at..], part), force, |v, f| v + f * kick);
+            store(velocity, &mut v[here_at..], part);
+            store(zip(here[0], velocity, |x, v| x + v * h), &mut x[here_at..], part);
         }
     }
     row
-}
-
-/// The rows of a step that reaches behind a share which are left, and where the sums are kept that
-/// it carries on, and those that come last. In a block in parts the sums of the halo come last.
-#[inline(always)]
-fn behind_share(
-    rows: &[Row],
-    [end, far]: [usize; 2],
-    is_last: bool,
-) -> (&[Row], usize, Option<usize>) {
-    let kept = far - end + RECORD;
-    if is_last {
-        // Seen from the next lane.
-        return (rows, 0, Some(kept + 1));
-    }
-    (split_rows(rows, end).1, kept, None)
-}
-
-/// Moves a part of a record by a kick of a force and a drift of `h` seconds.
-#[inline(always)]
-fn move_by<S: Simd, R: Real>(
-    simd: S,
-    [x, v]: [&mut [R]; 2],
-    [position, force]: [[Pack<S, R>; 3]; 2],
-    [kick, h]: [Pack<S, R>; 2],
-    part: usize,
-) {
-    let before = load(simd, v, part);
-    let velocity = zip(before, force, |v, f| v + f * kick);
-    store(velocity, v, part);
-    store(zip(position, velocity, |x, v| x + v * h), x, part);
 }
