@@ -16,7 +16,7 @@ use std::path::Path;
 pub const ENDING: &str = "msdrec";
 
 /// Raised whenever the written form changes.
-const KIND: FileKind = FileKind { what: "recording", format: 17, oldest: 16 };
+const KIND: FileKind = FileKind { what: "recording", format: 18, oldest: 16 };
 
 /// Steps after which a recording is written on at the latest: a second of the default step.
 const MOST_UNWRITTEN: u32 = 60;
@@ -38,6 +38,8 @@ pub enum Event {
     Start(Box<Loaded>),
     /// The recording was ended; the hash of the last state.
     End(u64),
+    /// A note of the program that recorded, such as that a device computed other bits.
+    Note(String),
 }
 
 /// A run and its events.
@@ -73,6 +75,19 @@ impl Recording {
             }
         }
         sum
+    }
+
+    /// The notes of the program that recorded, each with the number of steps before it.
+    pub fn notes(&self) -> impl Iterator<Item = (u64, &str)> {
+        let mut steps = 0;
+        self.events.iter().filter_map(move |event| match event {
+            Event::Steps(count) => {
+                steps += u64::from(*count);
+                None
+            }
+            Event::Note(note) => Some((steps, &**note)),
+            _ => None,
+        })
     }
 
     /// The hash of the last state, if the recording was ended.

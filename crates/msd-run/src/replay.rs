@@ -89,7 +89,8 @@ impl<'a> Replay<'a> {
     fn change_by(&self, event: &Event) -> Option<Change> {
         let is_edit = match event {
             Event::Start(_) => return Some(Change::Start),
-            Event::Act(Interaction::SetLook { .. }) | Event::Steps(_) | Event::End(_) => false,
+            Event::Act(Interaction::SetLook { .. }) => false,
+            Event::Steps(_) | Event::End(_) | Event::Note(_) => false,
             Event::Act(act) => !on!(&self.runner, simulation => is_motion(simulation.model(), act)),
             // Automatic substeps that were chosen anew change nothing else.
             Event::Settings(settings) => {
@@ -128,7 +129,7 @@ impl<'a> Replay<'a> {
                 self.runner = open(start, &self.changes)?;
                 self.history = self.history.is_some().then(History::default);
             }
-            Event::End(_) => {}
+            Event::End(_) | Event::Note(_) => {}
         }
         Ok(())
     }

@@ -72,9 +72,10 @@ impl Session {
         is_ready
     }
 
-    /// Says why a device takes no more steps.
+    /// Shows and records why a device takes no more steps.
     pub(super) fn note_end_of_device(&mut self) {
         if let Some(reason) = self.run.take_end_of_device() {
+            self.record(&Event::Note(reason.clone()));
             self.refusal = Some(reason);
         }
     }

@@ -6,6 +6,7 @@ use crate::frames::{FRAME, session};
 use msd_app::session::Session;
 use msd_core::glam::DVec3;
 use msd_gpu::{Device, Verdict, probe};
+use msd_run::recording::load_recording;
 use msd_scene::Precision;
 use msd_scene::schema::SolverRow;
 
@@ -95,11 +96,18 @@ fn a_device_takes_neither_automatic_substeps_nor_f64_and_says_so() {
 fn a_session_goes_on_when_its_device_is_lost() {
     let Some(device) = device() else { return };
     let mut session = on_device("jelly", &device);
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("jelly.msdrec");
+    session.start_recording(&file);
     run_to(&mut session, 3);
     device.lose();
     run_to(&mut session, 10);
     assert!(session.device().is_none());
     assert!(session.refusal().expect("a reason").contains("was lost"), "{:?}", session.refusal());
+    session.stop_recording();
+    let recording = load_recording(&file).expect("a recording");
+    let notes: Vec<_> = recording.notes().collect();
+    assert!(matches!(notes[..], [(3 | 4, note)] if note.contains("was lost")), "{notes:?}");
 }
 
 #[test]

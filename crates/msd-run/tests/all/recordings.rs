@@ -187,8 +187,20 @@ fn a_saved_run_is_no_recording_and_one_of_another_format_is_named() {
     let text = |bytes: &[u8]| read_recording(bytes, "r").expect_err("a refusal").to_string();
     assert_eq!(text(b"msd saved run, format 17\n"), "r: is a saved run, not a recording");
     assert_eq!(text(b"msd recording, format 17\n"), "r: is cut short");
-    let error = read_recording(b"msd recording, format 18\n", "r").expect_err("a refusal");
-    assert!(matches!(error, FileError::Format { found: 18, known: 17, .. }));
+    let error = read_recording(b"msd recording, format 19\n", "r").expect_err("a refusal");
+    assert!(matches!(error, FileError::Format { found: 19, known: 18, .. }));
+}
+
+#[test]
+fn a_note_is_kept_with_its_step_and_changes_no_replay() {
+    let mut tape = Tape::of(&open("chain").expect("a built-in scene"));
+    tape.step(3);
+    tape.recorder.add(&Event::Note("a device was lost".to_owned())).expect("room on the disk");
+    tape.step(2);
+    let (recording, runner) = tape.end();
+    assert_eq!(recording.notes().collect::<Vec<_>>(), [(3, "a device was lost")]);
+    let replay = replayed(&recording, SolverRow::default());
+    assert!(replay.runner().progress() == runner.progress());
 }
 
 #[test]

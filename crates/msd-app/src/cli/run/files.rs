@@ -130,6 +130,12 @@ impl Files {
         }
     }
 
+    /// Records a note on the device that takes the steps.
+    pub fn note(&mut self, note: &str) {
+        let event = Event::Note(note.to_owned());
+        self.attempt(|files| &mut files.recorder, |recorder| recorder.add(&event));
+    }
+
     /// Writes the distance between two runs.
     pub fn add_distance(&mut self, apart: Option<Apart>) {
         let Some(apart) = apart else { return };

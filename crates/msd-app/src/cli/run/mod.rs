@@ -140,8 +140,17 @@ fn step_all(
             progress.tell(done.steps);
         }
         match advanced {
-            Ok(warning) => warning.into_iter().for_each(|why| prepared.add_warning(why)),
-            Err(stop) => failed = Some(stop),
+            Ok(None) => {}
+            Ok(Some(why)) => {
+                files.note(&why);
+                prepared.add_warning(why);
+            }
+            Err(stop) => {
+                if let Stop::Device(failure) = &stop {
+                    files.note(&failure.message);
+                }
+                failed = Some(stop);
+            }
         }
         if failed.is_none() && interrupt.is_asked() {
             break;

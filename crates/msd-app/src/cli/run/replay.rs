@@ -110,6 +110,8 @@ fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> 
         let told = "the end of the recording is missing; the intact part is replayed";
         warnings.push(told.into());
     }
+    let noted = |(steps, note): (u64, &str)| format!("recorded after step {steps}: {note}");
+    warnings.extend(recording.notes().map(noted));
     warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));
     let (name, title, notes) = (start.name.clone(), start.title.clone(), start.notes.clone());
     let (files, made) = (Vec::new(), Vec::new());
