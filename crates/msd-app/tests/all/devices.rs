@@ -146,8 +146,8 @@ fn what_a_device_does_not_step_is_refused_with_the_reason_and_what_to_do() {
     std::fs::write(path.join("gusts.toml"), gusts).expect("a file");
     for (arguments, told) in [
         (
-            &["run", "drape"][..],
-            "drape: a GPU does not step bends; run the scene on the processor (--device cpu)",
+            &["run", "flag"][..],
+            "flag: a GPU does not step air; run the scene on the processor (--device cpu)",
         ),
         (&["run", "gusts.toml"], "gusts: a GPU does not step gusts of wind; run the scene on"),
         (&["run", "jelly", "--integrator", "xpbd"], "a GPU does not step the method xpbd"),

@@ -108,8 +108,8 @@ fn what_a_device_does_not_do_in_a_sweep_is_refused_with_what_to_change() {
              step the method xpbd; run the sweep on the processor (--device cpu)",
         ),
         (
-            grid("drape", "solver.substeps = [8]"),
-            "s.toml: cell 0 (solver.substeps = 8): a GPU does not step bends; run the sweep on",
+            grid("flag", "solver.substeps = [8]"),
+            "s.toml: cell 0 (solver.substeps = 8): a GPU does not step air; run the sweep on",
         ),
     ] {
         write(path, &text);
@@ -280,8 +280,8 @@ fn a_scene_is_tuned_for_a_device_by_its_time_among_the_settings_that_it_steps() 
 fn settings_of_a_scene_that_a_device_does_not_step_are_refused() {
     let folder = folder();
     let path = folder.path();
-    let refusal = "drape: a GPU does not step bends; run the scene on the processor (--device cpu)";
-    for arguments in [&["study", "drape"][..], &["tune", "drape", "--max-error", "1e-3"]] {
+    let refusal = "flag: a GPU does not step air; run the scene on the processor (--device cpu)";
+    for arguments in [&["study", "flag"][..], &["tune", "flag", "--max-error", "1e-3"]] {
         let said = refused(msd(path, &[arguments, &["--device", "gpu"]].concat()), 2);
         assert!(said.contains(refusal), "{said}");
     }
