@@ -147,6 +147,7 @@ pub(super) fn add_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
     let places = RunPlaces::of(&run, columns);
     let Run { band, steps, mut row, .. } = run;
     let (f, later) = (&mut *columns.forces, &mut *columns.later);
+    let v = &v[..x.len()];
     let masses = &mover.masses[band.numbers.start / 3..band.numbers.end / 3];
     let fetches = Fetches::of(x);
     for number in steps {
@@ -208,20 +209,21 @@ pub(super) fn move_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>
     let Run { band, steps, mut row, .. } = run;
     let (first, end) = (places.first, places.first + columns.forces.len());
     let is_last = end == band.numbers.len();
-    let power_first = columns.power_first;
-    let (x, v) = (&mut *columns.positions, &mut *columns.velocities);
-    let (f, later, power) = (&mut *columns.forces, &mut *columns.later, &mut *columns.power);
+    // Of one length: one check for all three.
+    let count = columns.forces.len();
+    let (x, v) = (&mut columns.positions[..count], &mut columns.velocities[..count]);
+    let (f, later, power) =
+        (&mut columns.forces[..count], &mut *columns.later, &mut *columns.power);
     let inverse_masses = &mover.inverse_masses[band.numbers.clone()];
     let (fetches, h) = (Fetches::of(x), Pack::new(simd, mover.h));
     let masses = &mover.masses[band.numbers.start / 3..band.numbers.end / 3];
     for number in steps {
         let step = layout.steps[band.steps.start + number];
         let (at, far) = (step.at as usize, (1 + number) * RECORD);
-        let rows = &layout.rows[row..][..step.rows as usize];
+        let (mut rows, mut carry) = (&layout.rows[row..][..step.rows as usize], 0);
         row += rows.len();
-        // The rows that end behind the share are done. Those of the last share are of the halo, and
-        // the next lane; where a block is in parts their sums come last.
-        let (mut rows, mut carry) = (rows, 0);
+        // The rows that end behind the share are done; those of the last share are of the halo,
+        // and where a block is in parts their sums come last.
         let is_late = PART && is_last && end <= far;
         if far < end {
             mover.start::<_, PART>(simd, (masses, far), &places, (&mut *f, &mut *later));
@@ -232,7 +234,7 @@ pub(super) fn move_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>
         }
         fetches.next((band, number), first, [&*x, &*v, &*f]);
         if fetches.streams {
-            // Nothing reads them before, and all that comes behind would wait for them.
+            // All that comes behind would wait for them.
             fetch(inverse_masses, 0, [at + AHEAD * RECORD].into_iter());
         }
         let here_at = at - first;
@@ -255,7 +257,7 @@ pub(super) fn move_steps<S: Simd, R: Real, const DAMPED: bool, const PART: bool>
             }
             store(force, &mut f[here_at..], part);
             if DAMPED {
-                let to = (band.numbers.start + at - power_first) / 3 + part;
+                let to = (band.numbers.start + at - columns.power_first) / 3 + part;
                 heat.store_slice(&mut power[to..][..lanes]);
             }
             let kick = Pack::from_slice(simd, &inverse_masses[at + part..][..lanes]) * h;
