@@ -12,7 +12,7 @@
 pub mod link;
 #[cfg(all(feature = "window", not(target_arch = "wasm32")))]
 mod background;
-#[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
+#[cfg(feature = "gpu")]
 pub mod steppable;
 #[cfg(feature = "window")]
 pub mod session;
