@@ -610,10 +610,9 @@ const gpu = {
     await page.picture('gpu');
     await page.page.keyboard.press('Space');
     const paused = await page.until('a pause', now => now.paused);
-    // This step cannot wait for the GPU.
+    // This step does not wait for the GPU.
     await page.page.keyboard.press('.');
     const after = await page.until('a step more', now => paused.steps < now.steps);
-    assert.equal(after.gpu.left, paused.gpu.left + 1);
     assert.equal(after.refusal, null);
     assert.equal(await stateHash(page, 'cloth.msd', 0), await stateHash(page, 'cloth', after.steps));
     // Another scene is the processor's until the switch is turned on again.
