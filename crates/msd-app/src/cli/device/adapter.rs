@@ -12,6 +12,9 @@ use std::time::SystemTime;
 
 /// Name of verdicts in the cache.
 const VERDICT: &str = "verdict";
+/// Time of each side of a race between a device and the processor, seconds, and its most steps.
+const RACE: f64 = 0.1;
+pub const MOST_RACED: u64 = 256;
 /// Advice where a device does not step a run.
 pub const ADVICE: &str = "run the scene on the processor (--device cpu)";
 
@@ -80,6 +83,11 @@ pub fn simulation_of(runner: &Runner) -> Result<&Simulation<f32>, Refusal> {
     })?;
     check_calm(runner)?;
     Ok(simulation)
+}
+
+/// The steps that one side of a race takes, by the seconds of its first step, and at most so many.
+pub fn steps_of_race(first: f64, most: u64) -> u64 {
+    ((RACE / first.max(1e-9)) as u64).clamp(1, most)
 }
 
 /// Refuses a run in gusts of wind, which change the force in each step.

@@ -1,7 +1,9 @@
 //! A graphics adapter that takes the steps of many runs at once: sweeps, studies and tuning.
 
 use super::Refusal;
-use super::adapter::{ADVICE, check_calm, first_choice, open_adapter, refusal};
+use super::adapter::{
+    ADVICE, MOST_RACED, check_calm, first_choice, open_adapter, refusal, steps_of_race,
+};
 use crate::cli::arguments::DeviceChoice;
 use msd_app::steppable::{Unsteppable, steppable};
 use msd_core::{Error, Integrator, Scene, Settings, Simulation};
@@ -15,9 +17,6 @@ use pollster::block_on;
 use std::thread;
 use web_time::Instant;
 
-/// Time of each side of a race, seconds, and its most steps.
-const RACE: f64 = 0.1;
-const MOST_RACED: u64 = 256;
 /// Runs that each thread of the processor steps in a race, at most.
 const EACH: usize = 8;
 
@@ -75,7 +74,7 @@ impl StudyDevice for GpuFleet {
     }
 
     fn takes(&self, runner: &Runner) -> bool {
-        steppable(runner).is_ok() && check_calm(runner).is_ok()
+        check_cell(runner).is_ok()
     }
 
     fn load(&mut self, runners: &[Runner]) -> Result<(), LoadError> {
@@ -138,7 +137,7 @@ fn timed(mut steps: impl FnMut(u64)) -> f64 {
         start.elapsed().as_secs_f64() / count as f64
     };
     let first = seconds(1);
-    seconds(((RACE / first.max(1e-9)) as u64).clamp(1, MOST_RACED))
+    seconds(steps_of_race(first, MOST_RACED))
 }
 
 /// Refuses a cell of a sweep that a device does not step.

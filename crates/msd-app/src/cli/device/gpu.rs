@@ -1,6 +1,6 @@
 //! A graphics adapter that takes the steps of a run, and the list of all.
 
-use super::adapter::{open_adapter, refusal, renew, simulation_of};
+use super::adapter::{MOST_RACED, open_adapter, refusal, renew, simulation_of, steps_of_race};
 use super::{DeviceSteps, Refusal, Stop};
 use crate::cli::arguments::{DeviceChoice, ListArguments};
 use crate::cli::failure::{Failure, aligned, say, say_json};
@@ -13,10 +13,6 @@ use pollster::block_on;
 use serde::Serialize;
 use web_time::Instant;
 use wgpu::DeviceType;
-
-/// Time of each side of a race, seconds, and its most steps.
-const RACE: f64 = 0.1;
-const MOST_RACED: u64 = 256;
 
 /// An adapter of this machine; the keys of `--json`.
 #[derive(Serialize)]
@@ -58,7 +54,7 @@ impl Gpu {
         let failed = |_| Refusal::new("a copy of the run diverged while msd timed it", "");
         let lost = || Refusal::new(format!("{name} failed while msd timed it"), "");
         let first = timed(1, |_| here.step()).map_err(failed)?;
-        let steps = ((RACE / first.max(1e-9)) as u64).clamp(1, MOST_RACED);
+        let steps = steps_of_race(first, MOST_RACED);
         let ours = timed(steps, |_| here.step()).map_err(failed)?;
         // The first batch warms up the device.
         let mut batch = |steps: u64| {
@@ -69,7 +65,7 @@ impl Gpu {
             Ok(whole / steps as f64)
         };
         let first = batch(1)?;
-        let steps = ((RACE / first.max(1e-9)) as u64).clamp(1, steps);
+        let steps = steps_of_race(first, steps);
         let theirs = batch(steps)?;
         let [mine, its] = [ours, theirs].map(|seconds| quantity(seconds, "s"));
         if theirs < ours {
