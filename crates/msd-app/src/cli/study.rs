@@ -145,20 +145,17 @@ fn summary(study: &Study, folder: &Path) -> String {
     )];
     lines.push(study.words.clone());
     lines.push("Pareto front:".into());
-    let front: Vec<_> = study.front().into_iter().map(|row| &study.trials[row]).collect();
-    let cells = front.iter().map(|trial| {
-        let price = format!("{} per frame", estimate(trial.cost * FRAME, "s"));
+    let cells = |(row, cost): (usize, f64)| {
+        let trial = &study.trials[row];
+        let price = format!("{} per frame", estimate(cost * FRAME, "s"));
         [price, told(trial), off(study, trial)]
-    });
-    lines.extend(indented(&cells.collect::<Vec<_>>(), &[0]));
+    };
+    let front = study.front().into_iter().map(|row| (row, study.trials[row].cost));
+    lines.extend(indented(&front.map(cells).collect::<Vec<_>>(), &[0]));
     if let Some(OnDevice { name, .. }) = &study.on_device {
         lines.push(format!("Pareto front on {name}, transfers included:"));
-        let cells = study.front_on_device().into_iter().map(|(row, cost)| {
-            let trial = &study.trials[row];
-            let price = format!("{} per frame", estimate(cost * FRAME, "s"));
-            [price, told(trial), off(study, trial)]
-        });
-        lines.extend(indented(&cells.collect::<Vec<_>>(), &[0]));
+        let front = study.front_on_device().into_iter();
+        lines.extend(indented(&front.map(cells).collect::<Vec<_>>(), &[0]));
     }
     if let Some(balance) = &study.balance {
         lines.push(format!("with the scene's solver, {}:", balance.choice));
