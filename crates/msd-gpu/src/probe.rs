@@ -306,7 +306,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 /// The routines whose roots and reciprocals are all rounded correctly.
 async fn find_roots(device: &Device) -> Result<Vec<Roots>, GpuError> {
     let program = [routines(), EXHAUST].concat();
-    let wrong = run_rows(device, &program, &[1.0], 3, ROWS).await?;
+    let wrong = run(device, &program, &[1.0], 3).await?;
     let wrong: Vec<u32> = wrong.into_iter().map(f32::to_bits).collect();
     log::debug!("wrong roots and reciprocals, native, fused and whole: {wrong:?}");
     Ok(Roots::ALL
@@ -317,22 +317,12 @@ async fn find_roots(device: &Device) -> Result<Vec<Roots>, GpuError> {
         .collect())
 }
 
+/// Runs a program over the rows of its inputs and returns so many numbers of its output.
 async fn run(
     device: &Device,
     program: &str,
     inputs: &[f32],
     count: usize,
-) -> Result<Vec<f32>, GpuError> {
-    run_rows(device, program, inputs, count, ROWS).await
-}
-
-/// Runs a program over rows and returns so many numbers of its output.
-async fn run_rows(
-    device: &Device,
-    program: &str,
-    inputs: &[f32],
-    count: usize,
-    rows: usize,
 ) -> Result<Vec<f32>, GpuError> {
     let (staging, mapped) = device
         .checked(|| {
@@ -349,7 +339,7 @@ async fn run_rows(
                 let mut pass = encoder.begin_compute_pass(&Default::default());
                 pass.set_pipeline(&pipeline);
                 pass.set_bind_group(0, &group, &[]);
-                pass.dispatch_workgroups((rows / 64) as u32, 1, 1);
+                pass.dispatch_workgroups((ROWS / 64) as u32, 1, 1);
             }
             encoder.copy_buffer_to_buffer(&outputs, 0, &staging, 0, bytes);
             device.queue.submit([encoder.finish()]);
