@@ -268,6 +268,6 @@ else
     # Tests wait for a quarter of their time, and browsers for a third.
     beside release wasm clippy doc -- test
     each examples bench
-    beside web -- python bare elsewhere package deny
+    beside python bare elsewhere package deny -- web
 fi
 echo "check: all done"

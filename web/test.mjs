@@ -629,7 +629,9 @@ const gpu = {
     await page.switchGpu();
     await page.until('steps of the GPU', now => 5 < now.gpu?.steps);
     await page.page.keyboard.press('F9');
-    const { aim, steps } = await page.until('a recording', now => now.recording);
+    const begun = await page.until('a recording', now => now.recording);
+    assert(begun.aim, JSON.stringify(begun));
+    const { aim, steps } = begun;
     await page.drag(aim.screen, [60, -80], async () => {
       const held = await page.status();
       assert.notEqual(held.held, null, 'something is held');

@@ -204,12 +204,16 @@ fn area(rect: Rect, scale: f32) -> [f32; 4] {
     [rect.left(), rect.top(), rect.width(), rect.height()].map(|side| side * scale)
 }
 
-/// Returns the particle nearest to the camera, and its position on the screen.
+/// Returns the particle nearest to the camera of those in front of it, and its position on the
+/// screen.
 fn aim(viewer: &Viewer) -> Option<(usize, Pos2)> {
     let depth = |point: Vec3| viewer.camera.depth(point);
-    let (particle, point) = on!(viewer.session.runner(), simulation => {
-        let points = simulation.positions().map(|position| position.to_f32());
-        points.enumerate().min_by(|a, b| depth(a.1).total_cmp(&depth(b.1)))
-    })?;
-    Some((particle, viewer.viewport().project(point)?))
+    let viewport = viewer.viewport();
+    on!(viewer.session.runner(), simulation => {
+        let points = simulation.positions().map(|position| position.to_f32()).enumerate();
+        let seen =
+            points.filter_map(|(at, point)| Some((depth(point), at, viewport.project(point)?)));
+        let nearest = seen.min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.map(|(_, particle, place)| (particle, place))
+    })
 }
