@@ -8,12 +8,13 @@ use super::landing::{Arrival, is_squeezed, meet_surface, onto};
 use super::law::{Contacts, Outcome, Span, TURN, Touch, bounce, depth, hold, keeps, rounding};
 use super::passage::Passage;
 use crate::columns::threads::merge_shares;
-use crate::columns::{LANES, RECORD, single, single_of, singles_of};
+use crate::columns::{LANES, RECORD, load, single, single_of, singles_of, store};
 use crate::number::{Real, Vector, at_level};
 use crate::obstacles::solid::{Ball, Sampled, lane_of, lanes};
 use crate::obstacles::{Obstacle, Obstacles, Placed, PlaneColumn};
+use crate::pack::{Number, Pack, dot_terms, zip};
 use core::ops::{Add, Range};
-use fearless_simd::Level;
+use fearless_simd::{Level, Simd, SimdMask};
 
 /// Lets every particle that has come into an obstacle meet it.
 pub(crate) fn resolve<R: Real>(
@@ -22,12 +23,16 @@ pub(crate) fn resolve<R: Real>(
     bodies: Bodies<'_, R>,
 ) -> Contacts {
     let resolve =
-        |bodies: Bodies<'_, R>| at_level!(level, _simd => resolve_records(obstacles, bodies));
+        |bodies: Bodies<'_, R>| at_level!(level, simd => resolve_records(simd, obstacles, bodies));
     merge_shares(bodies, &resolve, &Contacts::add)
 }
 
 #[inline(always)]
-fn resolve_records<R: Real>(obstacles: &Obstacles<R>, mut bodies: Bodies<'_, R>) -> Contacts {
+fn resolve_records<S: Simd, R: Real>(
+    simd: S,
+    obstacles: &Obstacles<R>,
+    mut bodies: Bodies<'_, R>,
+) -> Contacts {
     let mut tally = Tally::default();
     let mut few = Batch::default();
     let records = bodies.positions.len() / RECORD;
@@ -38,12 +43,13 @@ fn resolve_records<R: Real>(obstacles: &Obstacles<R>, mut bodies: Bodies<'_, R>)
             let found = bodies.found.of(record).iter();
             let inside = found.fold(0, |all, contact| all | u32::from(contact.inside));
             if inside | far != 0 {
-                meet_record(obstacles, (&mut bodies, &mut few), (record, inside, far), &mut tally);
+                let met = (record, inside, far);
+                meet_record(simd, obstacles, (&mut bodies, &mut few), met, &mut tally);
             }
         }
     }
     if 0 < few.count {
-        few.meet(obstacles, &bodies.substep, &mut tally);
+        few.meet(simd, obstacles, &bodies.substep, &mut tally);
         few.leave(&mut bodies);
     }
     tally.contacts()
@@ -52,7 +58,8 @@ fn resolve_records<R: Real>(obstacles: &Obstacles<R>, mut bodies: Bodies<'_, R>)
 /// Lets the particles of a record that are inside an obstacle or have gone far meet it, or gathers
 /// them with the few of other records.
 #[inline(always)]
-fn meet_record<R: Real>(
+fn meet_record<S: Simd, R: Real>(
+    simd: S,
     obstacles: &Obstacles<R>,
     (bodies, few): (&mut Bodies<'_, R>, &mut Batch<R>),
     (record, inside, far): (usize, u32, u32),
@@ -63,15 +70,14 @@ fn meet_record<R: Real>(
     let left = inside | far;
     if MANY <= left.count_ones() {
         let mut batch = Batch::of_record(bodies, record, several);
-        batch.meet(obstacles, &bodies.substep, tally);
+        batch.meet(simd, obstacles, &bodies.substep, tally);
         batch.leave(bodies);
         return;
     }
-    let starts = bodies.starts_of(record);
     for lane in lanes(left) {
-        few.add(bodies, &starts, (record * RECORD + lane, several >> lane & 1));
+        few.add(bodies, (record, lane), several >> lane & 1);
         if few.count == LANES {
-            few.meet(obstacles, &bodies.substep, tally);
+            few.meet(simd, obstacles, &bodies.substep, tally);
             few.leave(bodies);
             *few = Batch::default();
         }
@@ -160,7 +166,7 @@ impl<R: Real> Batch<R> {
             several,
             positions: of(bodies.positions),
             velocities: of(bodies.velocities),
-            starts: bodies.starts_of(record),
+            starts: bodies.substep.starts.map_or([R::ZERO; RECORD], of),
             pulls: of(bodies.forces),
             before: bodies.substep.before.map_or([R::ZERO; RECORD], of),
             inverse_masses: *bodies.inverse_masses[at..].first_chunk().expect("a record"),
@@ -171,21 +177,20 @@ impl<R: Real> Batch<R> {
     }
 
     #[inline(always)]
-    fn add(
-        &mut self,
-        bodies: &Bodies<'_, R>,
-        starts: &[R; RECORD],
-        (at, is_in_several): (usize, u32),
-    ) {
-        let lane = self.count;
-        for axis in 0..3 {
-            let (to, from) = (axis * LANES + lane, axis * LANES + at);
-            self.positions[to] = bodies.positions[from];
-            self.velocities[to] = bodies.velocities[from];
-            self.pulls[to] = bodies.forces[from];
-            self.before[to] = bodies.substep.before.map_or(R::ZERO, |column| column[from]);
-            self.starts[to] = starts[from % RECORD];
-        }
+    fn add(&mut self, bodies: &Bodies<'_, R>, (record, from): (usize, usize), is_in_several: u32) {
+        let (lane, at) = (self.count, record * RECORD + from);
+        let put = |to: &mut [R; RECORD], column: &[R]| {
+            let row: &[R; RECORD] = column[record * RECORD..].first_chunk().expect("a record");
+            for axis in 0..3 {
+                to[axis * LANES + lane] = row[axis * LANES + from];
+            }
+        };
+        put(&mut self.positions, bodies.positions);
+        put(&mut self.velocities, bodies.velocities);
+        put(&mut self.pulls, bodies.forces);
+        let Substep { starts, before, .. } = bodies.substep;
+        starts.inspect(|column| put(&mut self.starts, column));
+        before.inspect(|column| put(&mut self.before, column));
         self.inverse_masses[lane] = bodies.inverse_masses[at];
         self.masses[lane] = bodies.masses[single(at)];
         self.stiffnesses[lane] = single_of(bodies.stiffnesses, at);
@@ -208,7 +213,13 @@ impl<R: Real> Batch<R> {
 
     /// Lets them meet all obstacles, one after the other.
     #[inline(always)]
-    fn meet(&mut self, obstacles: &Obstacles<R>, substep: &Substep<'_, R>, tally: &mut Tally) {
+    fn meet<S: Simd>(
+        &mut self,
+        simd: S,
+        obstacles: &Obstacles<R>,
+        substep: &Substep<'_, R>,
+        tally: &mut Tally,
+    ) {
         let &Substep { h, lag, time, reach, evaluated, .. } = substep;
         let flat = Span { h, shift: lag - h * R::HALF, evaluated, turn: R::of(f64::INFINITY) };
         for i in 0..RECORD {
@@ -216,6 +227,9 @@ impl<R: Real> Batch<R> {
         }
         if substep.before.is_none() {
             self.before = self.pulls;
+        }
+        if substep.starts.is_none() {
+            self.starts = substep.start(self.positions, &self.velocities, &self.pulls);
         }
         let several = self.several;
         // Where the start is known the displacement needs no lag.
@@ -227,7 +241,7 @@ impl<R: Real> Batch<R> {
         let (mut met, mut again) = (0, 0);
         let mut note = |now: u32| (met, again) = (met | now, again | met & now);
         for plane in &obstacles.planes {
-            note(self.meet_plane(plane, &flat, !several, tally));
+            note(self.meet_plane(simd, plane, (&flat, !several), tally));
         }
         for solid in &obstacles.solids {
             let largest = self.radii.iter().copied().fold(R::ZERO, R::max);
@@ -343,49 +357,66 @@ impl<R: Real> Batch<R> {
         }
     }
 
+    /// Some particles as a plane sees them.
+    #[inline(always)]
+    fn touches<S: Simd>(&self, simd: S, plane: &PlaneColumn<R>, part: usize) -> Touch<Pack<S, R>> {
+        let three = |column: &[R; RECORD]| load(simd, column, part);
+        let one = |numbers: &[R; LANES]| {
+            Pack::<S, R>::from_slice(simd, &numbers[part..][..Pack::<S, R>::LEN])
+        };
+        let (position, radius) = (three(&self.positions), one(&self.radii));
+        let normal = plane.normal.components().map(|part| Pack::new(simd, part));
+        Touch {
+            normal,
+            depth: depth(normal, Pack::new(simd, plane.offset), position) + radius,
+            position,
+            radius,
+            noise: rounding(dot_terms(normal, position), radius),
+            velocity: three(&self.velocities),
+            start: three(&self.starts),
+            pull: three(&self.pulls),
+            before: three(&self.before),
+            stiffness: one(&self.stiffnesses) * one(&self.inverse_masses),
+        }
+    }
+
     /// Meets a plane: those that it keeps all at once, the few others one by one. Returns those
     /// that were inside.
     #[inline(always)]
-    fn meet_plane(
+    fn meet_plane<S: Simd>(
         &mut self,
+        simd: S,
         plane: &PlaneColumn<R>,
-        span: &Span<R>,
-        which: u32,
+        (span, which): (&Span<R>, u32),
         tally: &mut Tally,
     ) -> u32 {
         let (normal, law) = (plane.normal.components(), plane.law);
-        let (mut energies, mut insides) = ([R::ZERO; LANES], [0u32; LANES]);
-        let mut bounces = [0u32; LANES];
-        let (mut x, mut v) = (self.positions, self.velocities);
-        for lane in 0..LANES {
-            let depth = self.depth(plane, lane);
-            let touch = self.touch(lane, (normal, depth, self.terms(plane, lane)));
-            let may = (which >> lane & 1 != 0) & (self.inverse_masses[lane] != R::ZERO);
-            let inside = touch.is_inside(span) & may;
-            let keeps = keeps(&law, &touch, span);
-            let held = hold(&law, &touch, span);
-            let on = inside & keeps;
-            energies[lane] = if on { held.taken * self.masses[lane] } else { R::ZERO };
-            insides[lane] = u32::from(inside);
-            bounces[lane] = u32::from(inside & !keeps);
-            for axis in 0..3 {
-                let at = axis * LANES + lane;
-                x[at] = if on { held.position[axis] } else { x[at] };
-                v[at] = if on { held.velocity[axis] } else { v[at] };
-            }
+        let (mut taken, mut met, mut kept) = ([R::ZERO; LANES], 0, 0);
+        for part in (0..LANES).step_by(Pack::<S, R>::LEN) {
+            let some = part..part + Pack::<S, R>::LEN;
+            let touch = self.touches(simd, plane, part);
+            let (law, span) = (law.map(|n| Pack::new(simd, n)), span.map(|n| Pack::new(simd, n)));
+            let mass = Pack::from_slice(simd, &self.masses[some.clone()]);
+            let inverse_mass = Pack::from_slice(simd, &self.inverse_masses[some.clone()]);
+            let may = Pack::<S, R>::mask(simd, u64::from(which >> part));
+            let is_moved = inverse_mass.zero().is_less(inverse_mass);
+            let inside = touch.is_inside(&span) & may & is_moved;
+            let on = inside & keeps(&law, &touch, &span);
+            let held = hold(&law, &touch, &span);
+            let choose = |yes, no| Pack::select(on, yes, no);
+            store(zip(held.position, touch.position, choose), &mut self.positions, part);
+            store(zip(held.velocity, touch.velocity, choose), &mut self.velocities, part);
+            choose(held.taken * mass, mass.zero()).store_slice(&mut taken[some]);
+            met |= (inside.to_bitmask() as u32) << part;
+            kept |= (on.to_bitmask() as u32) << part;
         }
-        (self.positions, self.velocities) = (x, v);
-        for lane in 0..LANES {
-            let taken = energies[lane].to_f64();
-            tally.counts[lane] += insides[lane];
+        for (lane, taken) in taken.into_iter().enumerate() {
+            let taken = taken.to_f64();
+            tally.counts[lane] += met >> lane & 1;
             tally.taken[lane] += if 0.0 < taken { taken } else { 0.0 };
             tally.added[lane] += if taken < 0.0 { -taken } else { 0.0 };
         }
-        let met = (0..LANES).fold(0, |bits, lane| bits | insides[lane] << lane);
-        if bounces.iter().fold(0, |any, bounce| any | bounce) == 0 {
-            return met;
-        }
-        for lane in (0..LANES).filter(|&lane| bounces[lane] != 0) {
+        for lane in lanes(met & !kept) {
             let (depth, terms) = (self.depth(plane, lane), self.terms(plane, lane));
             let touch = self.touch(lane, (normal, depth, terms));
             let Outcome { position, velocity, taken } = bounce(&law, &touch, span);

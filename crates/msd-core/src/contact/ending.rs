@@ -51,24 +51,37 @@ impl<R: Real> Substep<'_, R> {
         let evaluated = Evaluated::Nowhere;
         Substep { h, time, lag, reach, starts: None, before: None, evaluated }
     }
+
+    /// Where the particles of a record were at its start, metres, by their positions, velocities
+    /// and accelerations; where those positions are not known.
+    #[inline(always)]
+    pub(crate) fn start(
+        &self,
+        mut x: [R; RECORD],
+        v: &[R; RECORD],
+        pulls: &[R; RECORD],
+    ) -> [R; RECORD] {
+        for i in 0..RECORD {
+            x[i] -= (v[i] - pulls[i] * self.lag) * self.h;
+        }
+        x
+    }
 }
 
 impl<R: Real> Bodies<'_, R> {
     /// Where the particles of a record were at the start of the substep, metres.
     #[inline(always)]
     pub(crate) fn starts_of(&self, record: usize) -> [R; RECORD] {
-        let Substep { h, lag, starts, .. } = self.substep;
         let of =
             |column: &[R]| *column[record * RECORD..].first_chunk::<RECORD>().expect("a record");
-        if let Some(starts) = starts {
+        if let Some(starts) = self.substep.starts {
             return of(starts);
         }
-        let (mut x, v) = (of(self.positions), of(self.velocities));
-        let (f, w) = (of(self.forces), of(self.inverse_masses));
+        let (mut pulls, w) = (of(self.forces), of(self.inverse_masses));
         for i in 0..RECORD {
-            x[i] -= (v[i] - f[i] * w[i] * lag) * h;
+            pulls[i] *= w[i];
         }
-        x
+        self.substep.start(of(self.positions), &of(self.velocities), &pulls)
     }
 }
 

@@ -283,7 +283,14 @@ pub(crate) struct Span<R> {
 /// pushes it to where it would not have slid, and a small ball parts a cloth without much work.
 pub(crate) const TURN: f64 = 0.1;
 
-impl<R> Span<R> {
+impl<R: Copy> Span<R> {
+    /// The same with other numbers.
+    #[inline(always)]
+    pub(crate) fn map<N>(&self, number: impl Fn(R) -> N) -> Span<N> {
+        let Span { h, shift, evaluated, turn } = *self;
+        Span { h: number(h), shift: number(shift), evaluated, turn: number(turn) }
+    }
+
     /// Whether the method holds particles that lie on an obstacle.
     #[inline(always)]
     pub(crate) fn settles(&self) -> bool {

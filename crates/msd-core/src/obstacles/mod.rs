@@ -29,6 +29,19 @@ pub struct ContactLaw<R> {
     pub(crate) loss: R,
 }
 
+impl<R: Copy> ContactLaw<R> {
+    /// The same with other numbers.
+    #[inline(always)]
+    pub(crate) fn map<N>(&self, number: impl Fn(R) -> N) -> ContactLaw<N> {
+        let ContactLaw { restitution, friction, loss } = *self;
+        ContactLaw {
+            restitution: number(restitution),
+            friction: number(friction),
+            loss: number(loss),
+        }
+    }
+}
+
 impl<R: Real> ContactLaw<R> {
     /// The law of a surface that returns a fraction of the normal speed, with some friction.
     pub fn new(restitution: f64, friction: Friction) -> Self {

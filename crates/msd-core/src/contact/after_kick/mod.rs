@@ -15,15 +15,15 @@ mod curved;
 use super::found::{Found, Places};
 use super::law::{Contacts, rub};
 use crate::columns::threads::{Split, merge_shares, split_singles};
-use crate::columns::{LANES, RECORD};
+use crate::columns::{LANES, RECORD, load, store};
 use crate::number::{Real, Vector, at_level};
-use crate::obstacles::solid::{lane_of, lanes};
+use crate::obstacles::solid::lanes;
 use crate::obstacles::{ContactLaw, Obstacles, Placed, PlaneColumn};
-use crate::pack::{Number, dot, each};
+use crate::pack::{Number, Pack, dot, each, zip};
 use core::ops::Add;
 use corner::settle_in_corner;
 use curved::settle_on_curved;
-use fearless_simd::Level;
+use fearless_simd::{Level, Simd, SimdMask};
 
 /// A state that has just been kicked: v' = v + a t.
 #[derive(Debug)]
@@ -94,12 +94,16 @@ pub(crate) fn settle<R: Real>(
     kicked: Kicked<'_, R>,
 ) -> Contacts {
     let settle =
-        |kicked: Kicked<'_, R>| at_level!(level, _simd => settle_records(obstacles, kicked));
+        |kicked: Kicked<'_, R>| at_level!(level, simd => settle_records(simd, obstacles, kicked));
     merge_shares(kicked, &settle, &Contacts::add)
 }
 
 #[inline(always)]
-fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) -> Contacts {
+fn settle_records<S: Simd, R: Real>(
+    simd: S,
+    obstacles: &Obstacles<R>,
+    mut kicked: Kicked<'_, R>,
+) -> Contacts {
     let mut contacts = Contacts::default();
     let (records, time, found) = (kicked.places.records().len(), kicked.kick.time, kicked.found);
     let alone_on = |index| {
@@ -108,7 +112,7 @@ fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) 
     };
     for (index, plane) in obstacles.planes.iter().enumerate() {
         for which in alone_on(index) {
-            settle_on_plane(plane, &mut kicked, which, &mut contacts);
+            settle_on_plane(simd, plane, &mut kicked, which, &mut contacts);
         }
     }
     let mut index = obstacles.planes.len();
@@ -140,30 +144,29 @@ fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) 
 
 /// Holds the particles of a record that lie on a plane alone, a bit for each.
 #[inline(always)]
-fn settle_on_plane<R: Real>(
+fn settle_on_plane<S: Simd, R: Real>(
+    simd: S,
     plane: &PlaneColumn<R>,
     kicked: &mut Kicked<'_, R>,
     (record, on): (usize, u32),
     contacts: &mut Contacts,
 ) {
     // A plane does not bend away from a drift.
-    let (at, kick) = (record * RECORD, Kick { drift: Drift::Absent, ..kicked.kick });
-    let (normal, law) = (plane.normal.components(), kick.law(plane.law));
-    let of = |column: &[R]| -> [R; RECORD] { *column[at..].first_chunk().expect("a record") };
-    let (mut v, a) = (of(kicked.velocities), of(kicked.accelerations));
-    let (mut lie, mut taken) = ([false; LANES], [R::ZERO; LANES]);
-    for lane in 0..LANES {
-        let kicked = (lane_of(&v, lane), lane_of(&a, lane));
-        let settled = kick.settle(&law, normal, kicked, R::ZERO);
-        lie[lane] = (on >> lane & 1 != 0) & settled.lies;
-        taken[lane] = settled.taken;
-        for axis in 0..3 {
-            let number = &mut v[axis * LANES + lane];
-            *number = if lie[lane] { settled.velocity[axis] } else { *number };
-        }
+    let kick = Kick { drift: Drift::Absent, ..kicked.kick }.map(|n| Pack::<S, R>::new(simd, n));
+    let law = kick.law(plane.law.map(|n| Pack::new(simd, n)));
+    let normal = plane.normal.components().map(|n| Pack::new(simd, n));
+    let (at, mut lie, mut taken) = (record * RECORD, 0, [R::ZERO; LANES]);
+    for part in (0..LANES).step_by(Pack::<S, R>::LEN) {
+        let v = load(simd, &kicked.velocities[at..], part);
+        let a = load(simd, &kicked.accelerations[at..], part);
+        let settled = kick.settle(&law, normal, (v, a), kick.length.zero());
+        let lies = Pack::<S, R>::mask(simd, u64::from(on >> part)) & settled.lies;
+        let v = zip(settled.velocity, v, |settled, v| Pack::select(lies, settled, v));
+        store(v, &mut kicked.velocities[at..], part);
+        settled.taken.store_slice(&mut taken[part..][..Pack::<S, R>::LEN]);
+        lie |= (lies.to_bitmask() as u32) << part;
     }
-    kicked.velocities[at..at + RECORD].copy_from_slice(&v);
-    for lane in (0..LANES).filter(|&lane| lie[lane]) {
+    for lane in lanes(lie) {
         *contacts += Contacts::one((taken[lane] * kicked.masses[record * LANES + lane]).to_f64());
     }
 }
@@ -201,6 +204,15 @@ pub(crate) struct Settled<N: Number> {
     pub(crate) velocity: [N; 3],
     /// Energy dissipated per mass, joules per kilogram.
     taken: N,
+}
+
+impl<R: Copy> Kick<R> {
+    /// The same with other numbers.
+    #[inline(always)]
+    fn map<N>(&self, number: impl Fn(R) -> N) -> Kick<N> {
+        let Kick { length, substep, time, loses, drift } = *self;
+        Kick { length: number(length), substep: number(substep), time, loses, drift }
+    }
 }
 
 impl<N: Number> Kick<N> {
