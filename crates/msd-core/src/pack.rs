@@ -181,6 +181,12 @@ impl<S: Simd, R: Real> Number for Pack<S, R> {
     }
 }
 
+/// A vector in each lane.
+#[inline(always)]
+pub(crate) fn splat<S: Simd, R: Real>(simd: S, [x, y, z]: [R; 3]) -> [Pack<S, R>; 3] {
+    [Pack::new(simd, x), Pack::new(simd, y), Pack::new(simd, z)]
+}
+
 /// A vector made of two, component by component.
 #[inline(always)]
 pub(crate) fn zip<A: Copy, B: Copy, C>(a: [A; 3], b: [B; 3], f: impl Fn(A, B) -> C) -> [C; 3] {

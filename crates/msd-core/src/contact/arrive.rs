@@ -12,7 +12,7 @@ use crate::columns::{LANES, RECORD, load, single, single_of, singles_of, store};
 use crate::number::{Real, Vector, at_level};
 use crate::obstacles::solid::{Ball, Sampled, lane_of, lanes};
 use crate::obstacles::{Obstacle, Obstacles, Placed, PlaneColumn};
-use crate::pack::{Number, Pack, dot_terms, zip};
+use crate::pack::{Number, Pack, dot_terms, splat, zip};
 use core::ops::{Add, Range};
 use fearless_simd::{Level, Simd, SimdMask};
 
@@ -360,23 +360,20 @@ impl<R: Real> Batch<R> {
     /// Some particles as a plane sees them.
     #[inline(always)]
     fn touches<S: Simd>(&self, simd: S, plane: &PlaneColumn<R>, part: usize) -> Touch<Pack<S, R>> {
-        let three = |column: &[R; RECORD]| load(simd, column, part);
-        let one = |numbers: &[R; LANES]| {
-            Pack::<S, R>::from_slice(simd, &numbers[part..][..Pack::<S, R>::LEN])
-        };
-        let (position, radius) = (three(&self.positions), one(&self.radii));
-        let normal = plane.normal.components().map(|part| Pack::new(simd, part));
+        let (position, radius) = (load(simd, &self.positions, part), some(simd, &self.radii, part));
+        let inverse_mass = some(simd, &self.inverse_masses, part);
+        let normal = splat(simd, plane.normal.components());
         Touch {
             normal,
             depth: depth(normal, Pack::new(simd, plane.offset), position) + radius,
             position,
             radius,
             noise: rounding(dot_terms(normal, position), radius),
-            velocity: three(&self.velocities),
-            start: three(&self.starts),
-            pull: three(&self.pulls),
-            before: three(&self.before),
-            stiffness: one(&self.stiffnesses) * one(&self.inverse_masses),
+            velocity: load(simd, &self.velocities, part),
+            start: load(simd, &self.starts, part),
+            pull: load(simd, &self.pulls, part),
+            before: load(simd, &self.before, part),
+            stiffness: some(simd, &self.stiffnesses, part) * inverse_mass,
         }
     }
 
@@ -393,11 +390,10 @@ impl<R: Real> Batch<R> {
         let (normal, law) = (plane.normal.components(), plane.law);
         let (mut taken, mut met, mut kept) = ([R::ZERO; LANES], 0, 0);
         for part in (0..LANES).step_by(Pack::<S, R>::LEN) {
-            let some = part..part + Pack::<S, R>::LEN;
             let touch = self.touches(simd, plane, part);
-            let (law, span) = (law.map(|n| Pack::new(simd, n)), span.map(|n| Pack::new(simd, n)));
-            let mass = Pack::from_slice(simd, &self.masses[some.clone()]);
-            let inverse_mass = Pack::from_slice(simd, &self.inverse_masses[some.clone()]);
+            let (law, span) = (law.splat(simd), span.splat(simd));
+            let mass = some(simd, &self.masses, part);
+            let inverse_mass = some(simd, &self.inverse_masses, part);
             let may = Pack::<S, R>::mask(simd, u64::from(which >> part));
             let is_moved = inverse_mass.zero().is_less(inverse_mass);
             let inside = touch.is_inside(&span) & may & is_moved;
@@ -406,7 +402,8 @@ impl<R: Real> Batch<R> {
             let choose = |yes, no| Pack::select(on, yes, no);
             store(zip(held.position, touch.position, choose), &mut self.positions, part);
             store(zip(held.velocity, touch.velocity, choose), &mut self.velocities, part);
-            choose(held.taken * mass, mass.zero()).store_slice(&mut taken[some]);
+            let loss = Pack::select(on, held.taken * mass, mass.zero());
+            loss.store_slice(&mut taken[part..][..Pack::<S, R>::LEN]);
             met |= (inside.to_bitmask() as u32) << part;
             kept |= (on.to_bitmask() as u32) << part;
         }
@@ -489,6 +486,12 @@ impl<R: Real> Batch<R> {
         }
         met
     }
+}
+
+/// Some of the numbers of a record.
+#[inline(always)]
+fn some<S: Simd, R: Real>(simd: S, numbers: &[R; LANES], part: usize) -> Pack<S, R> {
+    Pack::from_slice(simd, &numbers[part..][..Pack::<S, R>::LEN])
 }
 
 /// The tally of contacts, lane by lane.

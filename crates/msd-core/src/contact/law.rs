@@ -19,7 +19,8 @@
 
 use crate::number::{Real, Vector};
 use crate::obstacles::ContactLaw;
-use crate::pack::{Number, dot};
+use crate::pack::{Number, Pack, dot, splat};
+use fearless_simd::Simd;
 
 /// Coulomb's law: the fraction of a slip that is left by friction, which takes at most so much of
 /// it, and the reciprocal of the slip, 0 where friction holds it.
@@ -116,7 +117,8 @@ fn finish<N: Number>(
     push: Push<N>,
 ) -> Outcome<N> {
     let (Touch { normal: n, velocity: v, pull, depth, .. }, moved) = (*touch, touch.way());
-    let [speed, way, pressing] = [v, moved, pull].map(|vector| touch.along_normal(vector));
+    let (speed, way) = (touch.along_normal(v), touch.along_normal(moved));
+    let pressing = touch.along_normal(pull);
     let (zero, one) = (depth.zero(), depth.one());
     let along = [v[0] - n[0] * speed, v[1] - n[1] * speed, v[2] - n[2] * speed];
     let squared = dot(along, along);
@@ -283,14 +285,16 @@ pub(crate) struct Span<R> {
 /// pushes it to where it would not have slid, and a small ball parts a cloth without much work.
 pub(crate) const TURN: f64 = 0.1;
 
-impl<R: Copy> Span<R> {
-    /// The same with other numbers.
+impl<R: Real> Span<R> {
+    /// As many as a register holds.
     #[inline(always)]
-    pub(crate) fn map<N>(&self, number: impl Fn(R) -> N) -> Span<N> {
-        let Span { h, shift, evaluated, turn } = *self;
-        Span { h: number(h), shift: number(shift), evaluated, turn: number(turn) }
+    pub(crate) fn splat<S: Simd>(&self, simd: S) -> Span<Pack<S, R>> {
+        let [h, shift, turn] = splat(simd, [self.h, self.shift, self.turn]);
+        Span { h, shift, evaluated: self.evaluated, turn }
     }
+}
 
+impl<R> Span<R> {
     /// Whether the method holds particles that lie on an obstacle.
     #[inline(always)]
     pub(crate) fn settles(&self) -> bool {

@@ -12,10 +12,12 @@ pub use solid::Placed;
 
 use crate::columns::extent::Extent;
 use crate::number::{Real, Vector, of_type};
+use crate::pack::{Pack, splat};
 use crate::scene::{Friction, Solid};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::fmt::Debug;
+use fearless_simd::Simd;
 use glam::DVec3;
 
 /// Restitution and friction of a surface.
@@ -29,19 +31,6 @@ pub struct ContactLaw<R> {
     pub(crate) loss: R,
 }
 
-impl<R: Copy> ContactLaw<R> {
-    /// The same with other numbers.
-    #[inline(always)]
-    pub(crate) fn map<N>(&self, number: impl Fn(R) -> N) -> ContactLaw<N> {
-        let ContactLaw { restitution, friction, loss } = *self;
-        ContactLaw {
-            restitution: number(restitution),
-            friction: number(friction),
-            loss: number(loss),
-        }
-    }
-}
-
 impl<R: Real> ContactLaw<R> {
     /// The law of a surface that returns a fraction of the normal speed, with some friction.
     pub fn new(restitution: f64, friction: Friction) -> Self {
@@ -50,6 +39,14 @@ impl<R: Real> ContactLaw<R> {
             Friction::TangentialLoss(loss) => (0.0, loss),
         };
         ContactLaw { restitution: R::of(restitution), friction: R::of(friction), loss: R::of(loss) }
+    }
+
+    /// As many as a register holds.
+    #[inline(always)]
+    pub(crate) fn splat<S: Simd>(&self, simd: S) -> ContactLaw<Pack<S, R>> {
+        let numbers = [self.restitution, self.friction, self.loss];
+        let [restitution, friction, loss] = splat(simd, numbers);
+        ContactLaw { restitution, friction, loss }
     }
 }
 

@@ -19,7 +19,7 @@ use crate::columns::{LANES, RECORD, load, store};
 use crate::number::{Real, Vector, at_level};
 use crate::obstacles::solid::lanes;
 use crate::obstacles::{ContactLaw, Obstacles, Placed, PlaneColumn};
-use crate::pack::{Number, Pack, dot, each, zip};
+use crate::pack::{Number, Pack, dot, each, splat, zip};
 use core::ops::Add;
 use corner::settle_in_corner;
 use curved::settle_on_curved;
@@ -152,9 +152,8 @@ fn settle_on_plane<S: Simd, R: Real>(
     contacts: &mut Contacts,
 ) {
     // A plane does not bend away from a drift.
-    let kick = Kick { drift: Drift::Absent, ..kicked.kick }.map(|n| Pack::<S, R>::new(simd, n));
-    let law = kick.law(plane.law.map(|n| Pack::new(simd, n)));
-    let normal = plane.normal.components().map(|n| Pack::new(simd, n));
+    let kick = Kick { drift: Drift::Absent, ..kicked.kick.splat(simd) };
+    let (law, normal) = (kick.law(plane.law.splat(simd)), splat(simd, plane.normal.components()));
     let (at, mut lie, mut taken) = (record * RECORD, 0, [R::ZERO; LANES]);
     for part in (0..LANES).step_by(Pack::<S, R>::LEN) {
         let v = load(simd, &kicked.velocities[at..], part);
@@ -193,7 +192,7 @@ fn slowed<N: Number>(law: &ContactLaw<N>, n: [N; 3], v: [N; 3], push: N) -> ([N;
     let speed = dot(n, v);
     let along: [N; 3] = each(|axis| v[axis] - n[axis] * speed);
     let (kept, per_slip) = rub(law, dot(along, along).sqrt(), push);
-    (along.map(|number| number * kept), per_slip)
+    (each(|axis| along[axis] * kept), per_slip)
 }
 
 /// A velocity after the law.
@@ -206,12 +205,13 @@ pub(crate) struct Settled<N: Number> {
     taken: N,
 }
 
-impl<R: Copy> Kick<R> {
-    /// The same with other numbers.
+impl<R: Real> Kick<R> {
+    /// As many as a register holds.
     #[inline(always)]
-    fn map<N>(&self, number: impl Fn(R) -> N) -> Kick<N> {
-        let Kick { length, substep, time, loses, drift } = *self;
-        Kick { length: number(length), substep: number(substep), time, loses, drift }
+    fn splat<S: Simd>(&self, simd: S) -> Kick<Pack<S, R>> {
+        let Kick { time, loses, drift, .. } = *self;
+        let [length, substep] = [Pack::new(simd, self.length), Pack::new(simd, self.substep)];
+        Kick { length, substep, time, loses, drift }
     }
 }
 
@@ -246,16 +246,18 @@ impl<N: Number> Kick<N> {
         }
         let (velocity, per_slip) = slowed(law, n, v, bend - speed);
         let held = per_slip.is_at_most(zero);
-        let sum = |term: [N; 3]| term[0] + term[1] + term[2];
-        let lost = sum(each(|axis| {
+        let mut lost = [zero; 3];
+        // No closure: it would not be compiled for the instructions of the caller.
+        for axis in 0..3 {
             let along = v[axis] - n[axis] * speed;
             let slipped = along - (a[axis] - n[axis] * pull) * self.length;
             // A loss comes with the first of two kicks alone: the kick's work on the way that it
             // saves is in no second one.
             let saved = N::select(law.loss.is_at_most(zero), zero, along - slipped);
             let slowed = (along - velocity[axis]) * (slipped + velocity[axis] - saved);
-            N::select(held, slipped * slipped, slowed)
-        }));
+            lost[axis] = N::select(held, slipped * slipped, slowed);
+        }
+        let lost = lost[0] + lost[1] + lost[2];
         // The bend of the surface in a drift is the same motion before it and after it.
         let stopped = if self.drift == Drift::Behind { zero } else { before * before };
         Settled { lies, velocity, taken: (stopped + lost).half() }

@@ -8,7 +8,7 @@ use super::row::{EDGE, FACE, features};
 use crate::columns::LANES;
 use crate::columns::extent::Extent;
 use crate::number::{Real, Vector};
-use crate::pack::{Number, Pack, dot, zip};
+use crate::pack::{Number, Pack, dot, splat, zip};
 use alloc::vec::Vec;
 use fearless_simd::{Simd, SimdMask};
 
@@ -125,13 +125,6 @@ fn cross<N: Number>([ax, ay, az]: [N; 3], [bx, by, bz]: [N; 3]) -> [N; 3] {
     [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
 }
 
-/// A vector in each lane.
-#[inline(always)]
-pub(super) fn splat<S: Simd, R: Real>(simd: S, vector: R::Vec3) -> [Pack<S, R>; 3] {
-    let [x, y, z] = vector.components();
-    [Pack::new(simd, x), Pack::new(simd, y), Pack::new(simd, z)]
-}
-
 /// Features of so many points each, in columns of whole registers.
 #[derive(Clone, Debug)]
 pub(super) struct FeatureLanes<R: Real, const POINTS: usize> {
@@ -192,7 +185,7 @@ impl<R: Real, const POINTS: usize> FeatureLanes<R, POINTS> {
     pub(super) fn one<S: Simd>(&self, simd: S, at: usize) -> (u32, Extent<R>, [Pack<S, R>; 3]) {
         let [x, y, z] = &self.columns[0];
         let here = R::Vec3::from_components([x[at], y[at], z[at]]);
-        (self.features[at], Extent::around([here].into_iter()), splat(simd, here))
+        (self.features[at], Extent::around([here].into_iter()), splat(simd, here.components()))
     }
 
     /// Sees the features from the first of them on that are within reach of the content of a box,

@@ -1,14 +1,14 @@
 //! Lists of features that may be near each other, which serve for many substeps.
 
 use super::clusters::{Cluster, Clusters, Feature};
-use super::distance::{FeatureLanes, between_edges, minus, of_edge, of_face, splat};
+use super::distance::{FeatureLanes, between_edges, minus, of_edge, of_face};
 use super::features::{At, Shells};
 use super::margins::Margins;
 use super::row::{EDGE, EDGES, FACE, key};
 use crate::columns::extent::Extent;
 use crate::columns::load;
 use crate::number::{Real, Vector, at_level};
-use crate::pack::{Pack, zip};
+use crate::pack::{Pack, splat, zip};
 use crate::scene::shell::do_meet;
 use alloc::vec::Vec;
 use core::ops::Range;
@@ -442,7 +442,7 @@ impl<R: Real> FeatureSearch<R> {
             if !others.around.is_near(around, reach) {
                 continue;
             }
-            let line = [splat(simd, a), splat(simd, b)];
+            let line = [splat(simd, a.components()), splat(simd, b.components())];
             let edge = edge.number;
             let own = ends(edge);
             let near = &mut self.near;
