@@ -127,6 +127,14 @@ export class Page {
       () => ['running', 'missing'].includes(document.documentElement.dataset.state));
   }
 
+  // Forgets open panels and the cameras of scenes. On a page without the program, which would store
+  // them again.
+  async forget() {
+    await this.page.goto('about:blank');
+    const { origin } = new URL(this.url);
+    await this.cdp.send('Storage.clearDataForOrigin', { origin, storageTypes: 'local_storage' });
+  }
+
   state() { return this.page.evaluate(() => document.documentElement.dataset.state); }
 
   status() { return this.page.evaluate(() => window.msd.status()); }
