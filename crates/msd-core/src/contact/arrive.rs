@@ -338,18 +338,6 @@ impl<R: Real> Batch<R> {
         }
     }
 
-    /// Depth of a particle inside a plane, metres.
-    #[inline(always)]
-    fn depth(&self, plane: &PlaneColumn<R>, lane: usize) -> R {
-        let point = lane_of(&self.positions, lane);
-        depth(plane.normal.components(), plane.offset, point) + self.radii[lane]
-    }
-
-    #[inline(always)]
-    fn terms(&self, plane: &PlaneColumn<R>, lane: usize) -> R {
-        plane.terms_of(lane_of(&self.positions, lane))
-    }
-
     fn set(&mut self, lane: usize, position: [R; 3], velocity: [R; 3]) {
         for axis in 0..3 {
             self.positions[axis * LANES + lane] = position[axis];
@@ -414,8 +402,9 @@ impl<R: Real> Batch<R> {
             tally.added[lane] += if taken < 0.0 { -taken } else { 0.0 };
         }
         for lane in lanes(met & !kept) {
-            let (depth, terms) = (self.depth(plane, lane), self.terms(plane, lane));
-            let touch = self.touch(lane, (normal, depth, terms));
+            let (place, radius) = (lane_of(&self.positions, lane), self.radii[lane]);
+            let depth = depth(normal, plane.offset, place) + radius;
+            let touch = self.touch(lane, (normal, depth, plane.terms_of(place)));
             let Outcome { position, velocity, taken } = bounce(&law, &touch, span);
             self.set(lane, position, velocity);
             let taken = (taken * self.masses[lane]).to_f64();
